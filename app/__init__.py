@@ -1,0 +1,1 @@
+"""Surefix: indoor positioning as a web service that says when not to trust it."""

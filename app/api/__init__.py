@@ -1,0 +1,1 @@
+"""HTTP: routers, wire schemas, dependencies and the error table."""

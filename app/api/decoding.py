@@ -1,0 +1,112 @@
+"""Request bodies as they travel: limited in size, decompressed, their media type told apart."""
+
+from __future__ import annotations
+
+import io
+import zlib
+from enum import StrEnum
+
+import zstandard
+from fastapi import Request
+from starlette.requests import ClientDisconnect
+
+from app.errors import InvalidInput, TooLarge, UnsupportedMedia
+
+JSON_TYPES = frozenset({"", "application/json"})
+"""The empty one: a client that does not say."""
+MSGPACK_TYPES = frozenset({"application/msgpack", "application/x-msgpack", "application/vnd.msgpack"})
+ZSTD_WINDOW_BYTES = 8 << 20
+"""What RFC 9659 lets a sender assume; a larger window is a way to take memory."""
+_GZIP_WBITS = 31
+
+
+class Packing(StrEnum):
+    """How a body is laid out."""
+
+    JSON = "application/json"
+    MSGPACK = "application/msgpack"
+
+
+def packing_of(content_type: str | None) -> Packing:
+    """The layout that a Content-Type announces.
+
+    Raises
+    ------
+    UnsupportedMedia : anything but JSON and MessagePack.
+    """
+    media_type = (content_type or "").partition(";")[0].strip().lower()
+    if media_type in JSON_TYPES:
+        return Packing.JSON
+    if media_type in MSGPACK_TYPES:
+        return Packing.MSGPACK
+    raise UnsupportedMedia(
+        f"Content-Type {media_type[:80]!r} is not read here; send application/json or application/msgpack"
+    )
+
+
+async def read_body(request: Request, limit_bytes: int) -> bytes:
+    """The body of a request, decompressed, at most limit_bytes long before and after.
+
+    Raises
+    ------
+    UnsupportedMedia : the Content-Encoding is neither gzip nor zstd.
+    InvalidInput : the compressed data are damaged.
+    TooLarge : more than limit_bytes.
+    """
+    encoding = request.headers.get("content-encoding", "").strip().lower()
+    parts, size = [], 0
+    try:
+        async for part in request.stream():
+            size += len(part)
+            if size > limit_bytes:
+                raise _too_large(limit_bytes)
+            parts.append(part)
+    except ClientDisconnect as error:
+        raise InvalidInput("the body ended early") from error
+    return decompress(b"".join(parts), encoding, limit_bytes)
+
+
+def decompress(sent: bytes, encoding: str, limit_bytes: int) -> bytes:
+    """What was compressed, never more than limit_bytes of it in memory. Raises as read_body does."""
+    match encoding:
+        case "" | "identity":
+            return sent
+        case "gzip" | "x-gzip":
+            return _gunzip(sent, limit_bytes)
+        case "zstd":
+            return _unzstd(sent, limit_bytes)
+    raise UnsupportedMedia(f"Content-Encoding {encoding[:80]!r} is not read here; send gzip, zstd or none")
+
+
+def _gunzip(sent: bytes, limit_bytes: int) -> bytes:
+    parts, size, rest = [], 0, sent
+    while rest:  # members may follow one another
+        member = zlib.decompressobj(_GZIP_WBITS)
+        try:
+            part = member.decompress(rest, limit_bytes - size + 1)
+        except zlib.error as error:
+            raise InvalidInput(f"the body is not gzip: {error}") from error
+        size += len(part)
+        if size > limit_bytes:
+            raise _too_large(limit_bytes)
+        if not member.eof:
+            raise InvalidInput("the gzip body ends too early")
+        parts.append(part)
+        rest = member.unused_data
+    return b"".join(parts)
+
+
+def _unzstd(sent: bytes, limit_bytes: int) -> bytes:
+    decompressor = zstandard.ZstdDecompressor(max_window_size=ZSTD_WINDOW_BYTES)
+    member = decompressor.stream_reader(io.BytesIO(sent), read_across_frames=True)
+    try:
+        plain = member.read(limit_bytes + 1)  # of a truncated frame what is there: no JSON or MessagePack survives that
+    except zstandard.ZstdError as error:
+        raise InvalidInput(f"the body is not zstd: {error}") from error
+    if len(plain) > limit_bytes:
+        raise _too_large(limit_bytes)
+    return plain
+
+
+def _too_large(limit_bytes: int) -> TooLarge:
+    return TooLarge(f"the body is larger than {limit_bytes} bytes; send shorter batches")

@@ -1,0 +1,98 @@
+"""POST /v2/geosubmit: the body, answer and errors of the geosubmit v2 API, as survey apps send and expect them."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from typing import Any
+
+import orjson
+from fastapi import APIRouter, Depends, Request
+from fastapi.responses import JSONResponse
+
+from app.api.decoding import read_body
+from app.errors import InvalidInput
+from app.services.geosubmission import Geosubmission
+
+BODY_LIMIT_BYTES = 20_000_000
+_POINT = {
+    "type": "object",
+    "required": ["macAddress"],
+    "properties": {
+        "macAddress": {"type": "string"},
+        "signalStrength": {"type": "number", "description": "dBm"},
+        "age": {"type": "number", "description": "ms"},
+        "frequency": {"type": "number", "description": "MHz"},
+        "ssid": {"type": "string"},
+    },
+}
+_POSITION = {
+    "type": "object",
+    "required": ["latitude", "longitude"],
+    "properties": {
+        "latitude": {"type": "number", "description": "degrees, WGS 84"},
+        "longitude": {"type": "number", "description": "degrees, WGS 84"},
+        "accuracy": {"type": "number", "description": "m; above 25 the report is left out"},
+        "age": {"type": "number", "description": "ms"},
+        "floor": {"type": "string", "description": "ours: which of the floors above one another"},
+    },
+}
+_REPORT = {
+    "type": "object",
+    "required": ["position", "wifiAccessPoints"],
+    "properties": {
+        "timestamp": {"type": "number", "description": "Unix ms; default now"},
+        "position": _POSITION,
+        "wifiAccessPoints": {"type": "array", "items": _POINT},
+    },
+}
+_SCHEMA = {"type": "object", "required": ["items"], "properties": {"items": {"type": "array", "items": _REPORT}}}
+_REQUEST = {"requestBody": {"required": True, "content": {"application/json": {"schema": _SCHEMA}}}}
+
+
+def geosubmit_router(geosubmission: Callable[..., Any], survey: Callable[..., Any]) -> APIRouter:
+    """The endpoint.
+
+    Parameters
+    ----------
+    geosubmission : dependency that gives the Geosubmission.
+    survey : dependency that lets only scope `survey` pass, also by `?key=`.
+    """
+    router = APIRouter(tags=["compatible"], dependencies=[Depends(survey)])
+
+    @router.post(
+        "/v2/geosubmit",
+        responses={400: {"description": "parseError"}},
+        summary="Report scans by latitude and longitude",
+        openapi_extra=_REQUEST,
+    )
+    async def geosubmit(request: Request, service: Geosubmission = Depends(geosubmission)) -> Any:
+        """Each report goes to the floor whose georeferenced frame contains its position: of floors above one another
+        the ground floor, or the one that `position.floor` names. Reports that cannot be used are left out silently, as
+        the format has it. Networks whose name ends in `_nomap` are not stored.
+        """
+        try:
+            items = await _items(request)
+        except InvalidInput as error:
+            return _parse_error(str(error))
+        await service.add(items)
+        return JSONResponse({})
+
+    return router
+
+
+async def _items(request: Request) -> list[Any]:
+    sent = await read_body(request, BODY_LIMIT_BYTES)
+    try:
+        body = await asyncio.to_thread(orjson.loads, sent)
+    except orjson.JSONDecodeError as error:
+        raise InvalidInput(f"the body is not JSON: {error}") from error
+    if not isinstance(body, dict) or not isinstance(body.get("items"), list):
+        raise InvalidInput("items: a list of reports is expected")
+    return list(body["items"])
+
+
+def _parse_error(detail: str) -> JSONResponse:
+    message = f"Parse Error: {detail}"
+    errors = [{"domain": "global", "reason": "parseError", "message": message}]
+    return JSONResponse({"error": {"errors": errors, "code": 400, "message": message}}, 400)

@@ -1,0 +1,87 @@
+"""Quality reports of radio-map versions, as JSON, as a picture and as a page."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Any
+
+import orjson
+from fastapi import APIRouter, Depends, Path, Response
+
+from app.api.quality_body import QualityBody, ReportStartedBody
+from app.api.quality_page import HEADERS, page_of, waiting_page
+from app.services.quality import Quality
+
+PNG = "image/png"
+HTML = "text/html"
+Version = Annotated[int, Path(ge=1, lt=1 << 31)]
+AGAIN_S = 5
+"""When to ask again for a report that is being made."""
+
+
+def quality_router(quality: Callable[..., Any], survey: Callable[..., Any]) -> APIRouter:
+    """The endpoints.
+
+    Parameters
+    ----------
+    quality : dependency that gives the Quality.  survey : dependency that lets pass who may survey.
+    """
+    router = APIRouter(
+        prefix="/v1/venues/{venue}/radio-maps/{version}", tags=["integrity"], dependencies=[Depends(survey)]
+    )
+    started: dict[int | str, dict[str, Any]] = {202: {"model": ReportStartedBody, "description": "it is being made"}}
+
+    @router.get(
+        "/quality",
+        responses={200: {"model": QualityBody}, **started},
+        response_class=Response,
+        summary="How good a radio map is",
+    )
+    async def report(venue: str, version: Version, service: Quality = Depends(quality)) -> Response:
+        """Told from the survey by itself: every walk is placed by all the others. Made when it is first asked for,
+        which is answered 202 until it is done; `drift` is of now."""
+        found = await service.report(venue, version)
+        if isinstance(found, str):
+            return _started(found)
+        return Response(orjson.dumps(found.described), media_type="application/json")
+
+    @router.get(
+        "/quality.png",
+        responses={200: {"content": {PNG: {"schema": {"type": "string", "format": "binary"}}}}, **started},
+        response_class=Response,
+        summary="The same as a picture",
+    )
+    async def picture(venue: str, version: Version, service: Quality = Depends(quality)) -> Response:
+        """A row for each floor: the error over the plan; gaps and look-alike places."""
+        found = await service.report(venue, version)
+        return _started(found) if isinstance(found, str) else Response(found.picture, media_type=PNG)
+
+    @router.get(
+        "/quality.html",
+        responses={
+            200: {"content": {HTML: {"schema": {"type": "string"}}}},
+            202: {
+                "content": {HTML: {"schema": {"type": "string"}}},
+                "description": "it is being made; loads itself again",
+            },
+        },
+        response_class=Response,
+        summary="The same as a page",
+    )
+    async def page(venue: str, version: Version, service: Quality = Depends(quality)) -> Response:
+        """A file by itself, the picture within."""
+        found = await service.report(venue, version)
+        if isinstance(found, str):
+            headers = {**_headers(found), **HEADERS}
+            return Response(waiting_page(venue, version, AGAIN_S), 202, headers, media_type=HTML)
+        return Response(page_of(venue, found), headers=HEADERS, media_type=HTML)
+
+    return router
+
+
+def _started(task: str) -> Response:
+    return Response(orjson.dumps({"task": f"/v1/tasks/{task}"}), 202, _headers(task), media_type="application/json")
+
+
+def _headers(task: str) -> dict[str, str]:
+    return {"Location": f"/v1/tasks/{task}", "Retry-After": str(AGAIN_S)}

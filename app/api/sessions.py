@@ -1,0 +1,121 @@
+"""Sessions of phones: open, send batches, read the newest Fix and the track, erase."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Depends, Header, Query, Request, Response
+
+from app.api.batch_body import LARGEST_SEQUENCE, BatchBody, parse_batch
+from app.api.batch_columns import LATEST_MS
+from app.api.decoding import Packing, packing_of, read_body
+from app.api.fix_body import FeatureCollectionBody, FixBody, TrackBody, geojson_document, track_document
+from app.api.session_body import OpenedBody, SessionBody, inlined_schema, parse_session
+from app.errors import InvalidInput, UnsupportedMedia
+from app.services.tracking import Tracking
+
+SESSION_LIMIT_BYTES = 100_000
+LARGEST_PAGE = 10_000
+GEOJSON = "application/geo+json"
+Milliseconds = Annotated[int | None, Query(ge=0, le=int(LATEST_MS))]
+
+
+def _request_body(model: type[SessionBody] | type[BatchBody], *media_types: str) -> dict[str, Any]:
+    schema = inlined_schema(model)
+    return {"requestBody": {"required": True, "content": {kind: {"schema": schema} for kind in media_types}}}
+
+
+def sessions_router(tracking: Callable[..., Any], position: Callable[..., Any], limit_bytes: int) -> APIRouter:
+    """The endpoints of sessions.
+
+    Parameters
+    ----------
+    tracking : dependency that gives the Tracking.  position : dependency that lets only scope `position` pass.
+    limit_bytes : largest batch, decompressed.
+    """
+    router = APIRouter(prefix="/v1/sessions", tags=["phones"], dependencies=[Depends(position)])
+
+    @router.post(
+        "",
+        status_code=201,
+        response_model=OpenedBody,
+        summary="Open a session",
+        openapi_extra=_request_body(SessionBody, "application/json"),
+    )
+    async def open_session(request: Request, service: Tracking = Depends(tracking)) -> OpenedBody:
+        """`floor` is a hint and `start` a prior of 5 m; neither binds. The session's id is a secret of its phone."""
+        if packing_of(request.headers.get("content-type")) is not Packing.JSON:
+            raise UnsupportedMedia("a session is opened with application/json")
+        body = parse_session(await read_body(request, SESSION_LIMIT_BYTES))
+        opened = await service.open(body.venue, body.method, body.session_start(), body.device_names())
+        return OpenedBody(
+            session=opened.session,
+            venue=opened.venue,
+            method=opened.method,
+            created=opened.created_ms,
+            expires=opened.expires_ms,
+        )
+
+    @router.post(
+        "/{session}/batches",
+        responses={200: {"model": FixBody}},
+        response_class=Response,
+        summary="Send what the phone has measured, get a Fix",
+        openapi_extra=_request_body(BatchBody, Packing.JSON, Packing.MSGPACK),
+    )
+    async def send_batch(session: str, request: Request, service: Tracking = Depends(tracking)) -> Response:
+        """Streams are columns of equal length, ordered by time. `Content-Encoding` may be gzip or zstd.
+
+        As MessagePack a column may also be `bin`: packed little-endian float64, or float32 for a column other than `t`.
+        The newest `sequence` sent again gets the stored Fix with `Idempotent-Replayed: true`; an older one is 409.
+        Times may lie up to 2 s before what the session has reported, and up to an hour ahead; a batch spans up to 15
+        minutes.
+        """
+        packing = packing_of(request.headers.get("content-type"))
+        answer = await service.advance(session, parse_batch(await read_body(request, limit_bytes), packing))
+        headers = {"Idempotent-Replayed": "true"} if answer.replayed else None
+        return Response(answer.body, media_type="application/json", headers=headers)
+
+    @router.get(
+        "/{session}/fix", responses={200: {"model": FixBody}}, response_class=Response, summary="The newest Fix"
+    )
+    async def newest_fix(session: str, service: Tracking = Depends(tracking)) -> Response:
+        """Before the first batch: a Fix of `sequence` -1 and flag `initialising`."""
+        return Response(await service.newest_fix(session), media_type="application/json")
+
+    @router.get(
+        "/{session}/track",
+        responses={200: {"model": TrackBody, "content": {GEOJSON: {"schema": inlined_schema(FeatureCollectionBody)}}}},
+        response_class=Response,
+        summary="All fixes, page by page",
+    )
+    async def track(
+        session: str,
+        from_ms: Annotated[Milliseconds, Query(alias="from", description="`t` from, Unix ms")] = None,
+        to_ms: Annotated[Milliseconds, Query(alias="to", description="`t` until, Unix ms, included")] = None,
+        limit: Annotated[int, Query(ge=1, le=LARGEST_PAGE)] = 1000,
+        cursor: Annotated[int, Query(ge=-1, le=LARGEST_SEQUENCE, description="`next` of the page before")] = -1,
+        smoothed: Annotated[bool, Query(description="not supported yet: 422")] = False,
+        accept: Annotated[str, Header(include_in_schema=False)] = "",
+        service: Tracking = Depends(tracking),
+    ) -> Response:
+        """In order of sequence; `next` is the `cursor` of the next page, null on the last.
+
+        With `Accept: application/geo+json` a FeatureCollection in WGS 84: one Point a Fix, whose `geometry` is null
+        where the Fix has no position or its floor no georeference.
+        """
+        if smoothed:
+            raise InvalidInput("the smoothed track is not supported yet", "smoothed")
+        rows = await service.track(session, cursor, limit + 1, from_ms, to_ms)
+        following = str(rows[limit - 1].sequence) if len(rows) > limit else None
+        if GEOJSON in accept:
+            return Response(geojson_document(rows[:limit], following), media_type=GEOJSON)
+        return Response(track_document(session, rows[:limit], following), media_type="application/json")
+
+    @router.delete("/{session}", status_code=204, summary="Erase a session, its track and its state")
+    async def erase(session: str, service: Tracking = Depends(tracking)) -> None:
+        """Nothing is left; the session is unknown afterwards."""
+        await service.erase(session)
+
+    return router

@@ -1,0 +1,1 @@
+"""The subcommands of the surefix command line, one file each."""

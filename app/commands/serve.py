@@ -1,0 +1,168 @@
+"""surefix serve: the service over HTTP."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import socket
+import tempfile
+import threading
+import time
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+import httpx
+import typer
+import uvicorn
+from pydantic import ValidationError
+
+from app.errors import InvalidInput
+from app.services.access import is_loopback
+from app.settings import Settings
+from app.storage.database import connect
+from app.storage.key_rows import KeyRows
+from app.storage.migration import require_migrated
+
+KEEP_ALIVE_S = 75
+"""Longer than a phone is silent between batches, so that each goes over the connection of the one before."""
+STOP_PATIENCE_S = 5
+"""Listeners of events stay connected for ever; a server that stops does not wait for them."""
+LOOK_EVERY_S = 0.2
+SHARED_METRICS = "PROMETHEUS_MULTIPROC_DIR"
+"""Where the workers' figures are added up; has to be set before they start."""
+
+app = typer.Typer(help=__doc__, add_completion=False)
+
+
+def _help(setting: str) -> str:
+    field = Settings.model_fields[setting]
+    return f"{field.description} [default: {field.default}, or SUREFIX_{setting.upper()}]"
+
+
+@app.callback(invoke_without_command=True)
+def serve(
+    host: Annotated[str | None, typer.Option(help=_help("host"))] = None,
+    port: Annotated[int | None, typer.Option(help=_help("port"))] = None,
+    database: Annotated[str | None, typer.Option(help=_help("database"))] = None,
+    sessions: Annotated[str | None, typer.Option(help=_help("sessions"))] = None,
+    workers: Annotated[int | None, typer.Option(help=_help("workers"))] = None,
+) -> None:
+    """Serve until stopped; prints the address once it is ready."""
+    said = {"host": host, "port": port, "database": database, "sessions": sessions, "workers": workers}
+    settings = settings_of({name: value for name, value in said.items() if value is not None})
+    asyncio.run(refuse_unfit(settings))
+    if settings.workers == 1:
+        _serve_alone(settings)
+    else:
+        _serve_together(settings)
+
+
+def settings_of(said: Mapping[str, Any]) -> Settings:
+    """The settings, with what the command line says instead of the environment.
+
+    Raises
+    ------
+    InvalidInput : names the first setting that is not possible.
+    """
+    try:
+        return Settings(**said)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_input=False)[0]
+        name = ".".join(map(str, first["loc"]))
+        raise InvalidInput(f"setting {name}: {first['msg']}", name) from error
+
+
+async def refuse_unfit(settings: Settings) -> None:
+    """Nothing, if the service may start like this.
+
+    Raises
+    ------
+    DependencyDown : the database cannot be reached, or is not migrated.
+    InvalidInput : others than this machine could reach it, and there is no API key that would be asked for.
+    """
+    engine = connect(settings.database)
+    try:
+        await require_migrated(engine)
+        if not is_loopback(settings.host) and not await KeyRows(engine).exist():
+            raise InvalidInput(
+                f"{settings.host} can be reached from other machines, and the database has no API key; make one with "
+                "`surefix key create --name NAME --scope admin`, or bind to 127.0.0.1",
+                "host",
+            )
+    finally:
+        await engine.dispose()
+
+
+class _AnnouncingServer(uvicorn.Server):
+    """Says where it is once it accepts requests."""
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        await super().startup(sockets)
+        if self.started:
+            _announce(self.config.host, self.servers[0].sockets[0].getsockname()[1])
+
+
+def _serve_alone(settings: Settings) -> None:
+    from app.main import create_app  # takes a second, which a refusal need not wait for
+
+    config = uvicorn.Config(create_app(settings), host=settings.host, port=settings.port, **_uvicorn_options())
+    server = _AnnouncingServer(config)
+    try:
+        server.run()
+    except KeyboardInterrupt:
+        return  # uvicorn has shut down and passes the signal on
+
+
+def _serve_together(settings: Settings) -> None:
+    """Several processes on one port; each makes the application from the environment."""
+    port = settings.port or _free_port(settings.host)
+    chosen = settings.model_copy(update={"port": port})
+    with tempfile.TemporaryDirectory(prefix="surefix-metrics-") as folder:
+        os.environ[SHARED_METRICS] = folder
+        os.environ |= {f"SUREFIX_{name.upper()}": str(value) for name, value in chosen.model_dump().items()}
+        threading.Thread(target=_announce_when_ready, args=(settings.host, port), daemon=True).start()
+        uvicorn.run(
+            "app.main:create_app",
+            factory=True,
+            host=settings.host,
+            port=port,
+            workers=settings.workers,
+            **_uvicorn_options(),
+        )
+
+
+def _uvicorn_options() -> dict[str, Any]:
+    return {
+        "log_level": "warning",
+        "access_log": False,
+        "server_header": False,
+        "timeout_keep_alive": KEEP_ALIVE_S,
+        "timeout_graceful_shutdown": STOP_PATIENCE_S,
+    }
+
+
+def _announce_when_ready(host: str, port: int) -> None:
+    here = "127.0.0.1" if host == "0.0.0.0" else "::1" if host == "::" else host
+    with httpx.Client(base_url=_address(here, port), trust_env=False) as client:
+        while True:
+            time.sleep(LOOK_EVERY_S)
+            try:
+                if client.get("/healthz").is_success:
+                    break
+            except httpx.HTTPError:
+                continue
+    _announce(host, port)
+
+
+def _announce(host: str, port: int) -> None:
+    typer.echo(f"Surefix is ready at {_address(host, port)}/")
+
+
+def _address(host: str, port: int) -> str:
+    return f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}"
+
+
+def _free_port(host: str) -> int:
+    with socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET) as probe:
+        probe.bind((host, 0))
+        return int(probe.getsockname()[1])

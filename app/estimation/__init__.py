@@ -1,0 +1,1 @@
+"""Filters and statistics on arrays; knows nothing of positioning."""

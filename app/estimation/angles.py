@@ -1,0 +1,38 @@
+"""Angles on the circle: differences and means that do not break at +-pi."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from app.estimation.arrays import FloatArray
+
+
+@njit(cache=True)
+def wrap(angle_rad: float) -> float:
+    """The same angle in (-pi, pi]."""
+    wrapped = angle_rad - 2.0 * math.pi * math.floor((angle_rad + math.pi) / (2.0 * math.pi))
+    return math.pi if wrapped <= -math.pi else wrapped
+
+
+def wrap_all(angle_rad: FloatArray) -> FloatArray:
+    """The same angles in (-pi, pi], any shape."""
+    wrapped = np.remainder(angle_rad + np.pi, 2.0 * np.pi) - np.pi
+    return np.where(wrapped <= -np.pi, np.pi, wrapped)
+
+
+def circular_mean(angle_rad: FloatArray, weight: FloatArray | None = None) -> float:
+    """Direction of the weighted mean of unit vectors, in (-pi, pi].
+
+    Parameters
+    ----------
+    angle_rad : (n,).  weight : (n,) non-negative; None for equal ones.
+
+    Notes
+    -----
+    Directions that cancel have no mean: the answer is then finite and means nothing.
+    """
+    weights = np.ones_like(angle_rad) if weight is None else weight
+    return wrap(math.atan2(float(weights @ np.sin(angle_rad)), float(weights @ np.cos(angle_rad))))

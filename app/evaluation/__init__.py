@@ -1,0 +1,1 @@
+"""Replaying recorded walks through the methods and scoring what they answer."""

@@ -1,0 +1,145 @@
+"""Faults of what the phone hears: access points relayed, imitated, moved, gone or silent, another phone, an old map."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from app.estimation.arrays import BoolArray, FloatArray, IntArray
+from app.evaluation.faulty_walk import FAR_M, Dice, Elsewhere, FaultyWalk, middle_s, with_trace
+from app.evaluation.recordings import RecordedWalk
+from app.evaluation.truth import places_at
+from app.observations import WifiScan
+
+HEARING_DBM = -100.0
+"""Weaker than this, nothing is reported."""
+_RELAY_NOISE_DB = 1.5
+_RELAY_AGE_S = 0.2
+_UNKNOWN = 0x0A << 40  # locally administered: no recorded access point has such an address
+
+
+def replay(walk: RecordedWalk, elsewhere: Elsewhere, dice: Dice) -> FaultyWalk | None:
+    """Scans recorded FAR_M away or more are relayed in their order instead of the phone's own."""
+
+    def live(own: WifiScan, foreign: WifiScan) -> WifiScan:
+        return replace(foreign, seen_s=np.full(len(foreign.bssid), own.time_s - _RELAY_AGE_S))
+
+    return _relayed(walk, elsewhere, dice, live, middle_s(walk))
+
+
+def rogue(walk: RecordedWalk, elsewhere: Elsewhere, dice: Dice, count: int = 10) -> FaultyWalk | None:
+    """The so many strongest access points of a far place are also here, imitated at close range."""
+
+    def imitated(own: WifiScan, foreign: WifiScan) -> WifiScan:
+        chosen = np.argsort(-foreign.rssi_dbm, kind="stable")[:count]
+        fresh_s = np.full(len(chosen), own.time_s - _RELAY_AGE_S)
+        loud = replace(_part(foreign, chosen), rssi_dbm=np.full(len(chosen), -40.0), seen_s=fresh_s)
+        return _joined(_part(own, ~np.isin(own.bssid, loud.bssid)), loud)
+
+    return _relayed(walk, elsewhere, dice, imitated, middle_s(walk))
+
+
+def moved(walk: RecordedWalk, elsewhere: Elsewhere, dice: Dice, share: float = 0.3) -> FaultyWalk | None:
+    """Some access points stand elsewhere since the survey: they are heard as they are at a place FAR_M away or more."""
+    names = _names((*walk.trace.scans, *elsewhere.scans))
+    carried = dice.choice(names, int(share * len(names)), replace=False)
+
+    def swapped(own: WifiScan, foreign: WifiScan) -> WifiScan:
+        stays = _part(own, ~np.isin(own.bssid, carried))
+        return _joined(stays, _part(foreign, np.isin(foreign.bssid, carried)))
+
+    return _relayed(walk, elsewhere, dice, swapped, float(walk.trace.waypoint_time_s[0]))
+
+
+def attenuated(walk: RecordedWalk, elsewhere: Elsewhere, dice: Dice, offset_db: float = -15.0) -> FaultyWalk:
+    """Another phone, a bag, a body: every level is shifted, and what falls below hearing is not reported."""
+    return _throughout(walk, lambda scan: _heard(scan, scan.rssi_dbm + offset_db))
+
+
+def thinned(walk: RecordedWalk, elsewhere: Elsewhere, dice: Dice, share: float = 0.5) -> FaultyWalk:
+    """A share of the access points that the walk hears is gone."""
+    names = _names(walk.trace.scans)
+    gone = dice.choice(names, int(share * len(names)), replace=False)
+    return _throughout(walk, lambda scan: _part(scan, ~np.isin(scan.bssid, gone)))
+
+
+def stale(
+    walk: RecordedWalk, elsewhere: Elsewhere, dice: Dice, sigma_db: float = 6.0, replaced: float = 0.2
+) -> FaultyWalk:
+    """The map is months old: each access point is louder or fainter than surveyed, some are others now."""
+    names = _names(walk.trace.scans)
+    offset_db = np.round(dice.normal(0.0, sigma_db, len(names)))
+    new = dice.permutation(len(names)) < replaced * len(names)
+    now = np.where(new, _UNKNOWN + np.arange(len(names)), names)
+
+    def aged(scan: WifiScan) -> WifiScan:
+        index = np.searchsorted(names, scan.bssid)
+        return _heard(replace(scan, bssid=now[index]), scan.rssi_dbm + offset_db[index])
+
+    return _throughout(walk, aged)
+
+
+def silent(walk: RecordedWalk, elsewhere: Elsewhere, dice: Dice, seconds: float) -> FaultyWalk:
+    """No scan arrives for so long, or to the end of the walk."""
+    begin_s, last_s = middle_s(walk), float(walk.trace.waypoint_time_s[-1])
+    end_s = min(begin_s + seconds, last_s)
+    scans = tuple(scan for scan in walk.trace.scans if not begin_s <= scan.time_s < end_s)
+    return FaultyWalk(with_trace(walk, scans=scans), begin_s, end_s)
+
+
+def repeated(walk: RecordedWalk, elsewhere: Elsewhere, dice: Dice, within_s: float = 3.0) -> FaultyWalk:
+    """Every scan arrives a second time, up to within_s later, and those of a batch arrive in any order."""
+    first_s, last_s = walk.trace.waypoint_time_s[[0, -1]]
+    late = [replace(scan, time_s=scan.time_s + dice.uniform(0.0, within_s)) for scan in walk.trace.scans]
+    others = [*walk.trace.scans[1:], *late]
+    # the first one stays first: it says from when on the phone has sent a scan
+    scans = (*walk.trace.scans[:1], *(others[index] for index in dice.permutation(len(others))))
+    return FaultyWalk(with_trace(walk, scans=scans), float(first_s), float(last_s))
+
+
+def _throughout(walk: RecordedWalk, change: Callable[[WifiScan], WifiScan]) -> FaultyWalk:
+    first_s, last_s = walk.trace.waypoint_time_s[[0, -1]]
+    return FaultyWalk(with_trace(walk, scans=tuple(map(change, walk.trace.scans))), float(first_s), float(last_s))
+
+
+def _relayed(
+    walk: RecordedWalk,
+    elsewhere: Elsewhere,
+    dice: Dice,
+    mixed: Callable[[WifiScan, WifiScan], WifiScan],
+    begin_s: float,
+) -> FaultyWalk | None:
+    """From begin_s on each scan is mixed with the next of those recorded far away; the fault begins with the first."""
+    trace = walk.trace
+    offset_m = elsewhere.xy_m - places_at(trace, np.array([begin_s]))
+    far = np.flatnonzero(np.hypot(*offset_m.T) > FAR_M)
+    own = [scan for scan in trace.scans if scan.time_s >= begin_s]
+    if not len(far) or not own:
+        return None
+    first = int(dice.choice(far))
+    scans = [scan for scan in trace.scans if scan.time_s < begin_s]
+    for index, scan in enumerate(own):
+        foreign = elsewhere.scans[(first + index) % len(elsewhere.scans)]
+        rssi_dbm = foreign.rssi_dbm + np.round(dice.normal(0.0, _RELAY_NOISE_DB, len(foreign.rssi_dbm)))
+        seen_s = foreign.seen_s + (scan.time_s - foreign.time_s)
+        scans.append(mixed(scan, WifiScan(scan.time_s, foreign.bssid, rssi_dbm, seen_s)))
+    return FaultyWalk(with_trace(walk, scans=tuple(scans)), own[0].time_s, float(trace.waypoint_time_s[-1]))
+
+
+def _names(scans: Sequence[WifiScan]) -> IntArray:
+    return np.unique(np.concatenate([np.empty(0, np.int64), *(scan.bssid for scan in scans)]))
+
+
+def _part(scan: WifiScan, chosen: BoolArray | IntArray) -> WifiScan:
+    return WifiScan(scan.time_s, scan.bssid[chosen], scan.rssi_dbm[chosen], scan.seen_s[chosen])
+
+
+def _heard(scan: WifiScan, rssi_dbm: FloatArray) -> WifiScan:
+    return _part(replace(scan, rssi_dbm=rssi_dbm), rssi_dbm >= HEARING_DBM)
+
+
+def _joined(one: WifiScan, other: WifiScan) -> WifiScan:
+    fields = (np.concatenate((getattr(one, name), getattr(other, name))) for name in ("bssid", "rssi_dbm", "seen_s"))
+    return WifiScan(one.time_s, *fields)

@@ -1,0 +1,1 @@
+"""Georeference and plan of a floor."""

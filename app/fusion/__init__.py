@@ -1,0 +1,1 @@
+"""The positioning methods, one per paper and our own, behind one interface."""

@@ -1,0 +1,237 @@
+"""Method C, `dual_ukf`: one unscented filter for the phone's attitude, one for the walker's position.
+
+WiFi/PDR-integrated indoor localization using unconstrained smartphones, papers/unconstrained_smartphones_dual_ukf.txt;
+docs/methods/dual_ukf.md says what differs and why, and what was measured.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+
+from app.estimation.arrays import FloatArray
+from app.fusion import walking_ukf as ukf
+from app.fusion.batch_events import Event, events, knows_turns
+from app.fusion.carried_position import area_match, moved_on
+from app.fusion.carried_steps import Carried, CarriedStep, in_frame, reversed_by, taken, turned_round
+from app.fusion.dual_settings import DualSettings
+from app.fusion.fix_assembly import Estimate, Phases, Walker, assembled_fix, no_fix
+from app.fusion.floor_choice import chosen_floor
+from app.fusion.heading_search import HeadingSearch, begun_at, found, walked
+from app.fusion.integrity_measuring import BY_WIFI, phases_of
+from app.fusion.interface import Method, SessionStart, Site
+from app.fusion.state_codec import storable
+from app.fusion.walking_track import Track, aged, ahead_m, begun, headed, place, speed_mps, unbiased
+from app.integrity.fault_detection import is_fault, monitored_update, streak_after
+from app.observations import Batch, Carrying, Fix, InnovationCheck, Motion, Position, WifiScan
+from app.pdr.carried_phone import advance_carried
+from app.pdr.rmpca import LOOKED_AT
+from app.pdr.tracker import PdrOutput, PdrState, initial_pdr_state
+from app.wifi.floor_decision import FloorBelief
+from app.wifi.match import Match
+
+START_SIGMA_M = 5.0 / 1.5096
+"""Of a `start`, in each direction: 68 % within 5 m."""
+START_BIAS_M2 = 6.0
+"""Variance of the lasting error of fixes that a track begun at a `start` expects, before there is a fix."""
+SWINGS_FOR_S = 3.0
+"""After the last window of movement."""
+
+
+@storable
+@dataclass(frozen=True, slots=True, eq=False)
+class DualState:
+    """Of one session. radio_s : newest usable scan; there is no position before the first.
+
+    search : where north is, for a phone that does not know, and whether the way was taken for its opposite, for one
+    that does.  streak : failed tests of WiFi in a row.  phases : what the newest test found.
+    """
+
+    start: SessionStart
+    pdr: PdrState
+    carried: Carried = field(default_factory=Carried)
+    floor: FloorBelief | None = None
+    phases: Phases = field(default_factory=Phases)
+    time_s: float | None = None
+    track: Track | None = None
+    radio_s: float | None = None
+    search: HeadingSearch = field(default_factory=HeadingSearch)
+    streak: int = 0
+    step_count: int = 0
+
+
+storable(Phases)
+
+
+def start(session: SessionStart) -> DualState:
+    """The state of a session that has reported nothing."""
+    return DualState(session, initial_pdr_state())
+
+
+def advance(state: DualState, batch: Batch, site: Site, settings: DualSettings) -> tuple[DualState, Fix]:
+    """The state after a batch, and the best estimate at its end."""
+    checks: list[InnovationCheck] = []
+    moved: PdrOutput | None = None
+    for event in events(state.pdr, state.time_s, batch):
+        moved = event.moved
+        state = _moved(state, event, batch, settings)
+        if event.scan is not None:
+            state = _scanned(state, event.scan, moved, site, settings, checks)
+    if moved is None:
+        raise RuntimeError("a batch has an end")
+    return state, _fix(state, moved, settings, tuple(checks))
+
+
+def _moved(state: DualState, event: Event, batch: Batch, settings: DualSettings) -> DualState:
+    """Steps and time that passed since the event before."""
+    track, search, carried, count = state.track, state.search, state.carried, state.step_count
+    if track is None and state.start.start is not None and event.time_s is not None:
+        prior, noise = state.start.start, START_SIGMA_M**2 * np.eye(2)
+        track = unbiased(
+            begun(np.array([prior.x_m, prior.y_m]), noise, START_BIAS_M2, event.time_s, settings.track), noise
+        )
+    until_s = None if event.scan is None else event.scan.time_s
+    turns = knows_turns(event)
+    for step in event.moved.steps:
+        carried, one = taken(carried, step, batch, until_s, settings)
+        if one is None:
+            continue
+        count += 1
+        if track is not None and settings.use_steps:
+            search = walked(search, one.step) if turns or one.north else HeadingSearch()
+            track = moved_on(_faced(track, one, carried, turns), one, settings)
+    phone = advance_carried(carried.phone, batch, settings.quaternion, until_s)
+    carried = in_frame(replace(carried, phone=phone))
+    if track is not None and event.time_s is not None:
+        blind = not settings.use_steps or _unheard(carried, event)
+        seen = replace(event.moved, inertial_until_s=None) if blind else event.moved
+        track = aged(track, event.time_s, seen, settings.track)
+    return replace(
+        state,
+        pdr=event.pdr,
+        time_s=event.time_s,
+        carried=carried,
+        track=track,
+        search=search,
+        step_count=count,
+    )
+
+
+def _unheard(carried: Carried, event: Event) -> bool:
+    """Whether a limb swings and yet no step is told: then there are steps that nobody counts."""
+    newest_s = float(carried.phone.recognised.answers[-1, 0])
+    if event.time_s is None or event.moved.motion is not Motion.UNKNOWN or event.time_s - newest_s > SWINGS_FOR_S:
+        return False
+    return carried.phone.recognised.at(event.time_s) in (Carrying.SWINGING, Carrying.POCKET)
+
+
+def _faced(track: Track, one: CarriedStep, carried: Carried, turns: bool) -> Track:
+    """The track with the heading of this step: an input of the position filter, not a part of what it estimates."""
+    sigma_rad = math.sqrt(one.heading_variance)
+    if one.north and one.end_known:
+        return headed(track, one.step.heading_rad, sigma_rad)
+    if not one.north and carried.offset_rad is not None and turns:
+        return headed(track, one.step.heading_rad + carried.offset_rad, sigma_rad, by_phone=False)
+    return replace(track, headed=False)
+
+
+def _scanned(
+    state: DualState,
+    scan: WifiScan,
+    moved: PdrOutput,
+    site: Site,
+    settings: DualSettings,
+    checks: list[InnovationCheck],
+) -> DualState:
+    if site.radio_map is None or state.time_s is None or (state.radio_s is not None and not settings.use_scans):
+        return state
+    match = area_match(site.radio_map, scan, None, None, settings)
+    if match is None:
+        return state
+    now_s = state.time_s
+    told = state.start.floor if state.start.start is None else state.start.start.floor
+    floor = chosen_floor(state.floor, told, site.radio_map, site, match)
+    changed = floor.floor != (told if state.floor is None else state.floor.floor)
+    match = area_match(site.radio_map, scan, floor.floor, None if changed else state.track, settings)
+    if match is None:
+        return state
+    state = replace(state, floor=floor, radio_s=scan.time_s)
+    noise, bias_m2 = _noise_of(match, settings)
+    if state.track is None or changed:
+        track = begun(match.xy_m, noise, bias_m2, now_s, settings.track, state.track)
+        return replace(state, track=track, search=HeadingSearch(), streak=0, phases=Phases())
+
+    track = replace(state.track, bias_variance_m2=bias_m2)
+    if not settings.track.learning:
+        noise = noise + bias_m2 * np.eye(2)
+    forward_m, prior = ahead_m(track, moved), (track.mean, track.covariance)
+    expectation = ukf.expect(*prior, match.xy_m, noise, BY_WIFI, track.mean[:3], forward_m, settings.track.alpha)
+    tested = monitored_update(prior, expectation, noise, ukf.angles_of_state(len(track.mean)), settings.monitor)
+    rejected = bool(tested.if2)
+    check = InnovationCheck(
+        "wifi", scan.time_s, expectation[0], tested.sigma, tested.statistic, tested.threshold, rejected, not rejected
+    )
+    checks.append(check)
+    streak = streak_after(state.streak, tested.if2)
+    fault = is_fault(streak, settings.monitor)
+    phases = phases_of(tested, check, fault)
+    if fault:
+        track = begun(match.xy_m, noise, bias_m2, now_s, settings.track, track)
+        return replace(state, track=track, search=HeadingSearch(), streak=0, phases=phases)
+    track = replace(track, mean=tested.mean, covariance=tested.covariance)
+    state = replace(state, track=track, streak=streak, phases=phases)
+    return _sought(state, match.xy_m, math.sqrt(float(np.trace(match.covariance_m2)) / 2.0))
+
+
+def _sought(state: DualState, fix_m: FloatArray, sigma_m: float) -> DualState:
+    """What fixes and steps give away of the way: north, or that it was taken for its opposite."""
+    track, carried = state.track, state.carried
+    search = begun_at(state.search, fix_m)
+    state = replace(state, search=search)
+    heading = found(search, fix_m, sigma_m)
+    if heading is None or track is None:
+        return state
+    north = carried.phone.motion.is_absolute
+    if not north and carried.offset_rad is None:
+        carried = replace(carried, offset_rad=heading[0] - search.heading_rad)
+        return replace(state, carried=carried, track=headed(track, *heading, by_phone=False), search=HeadingSearch())
+    if north and _carrying(state) not in LOOKED_AT and reversed_by(search, heading[0], carried.end_known):
+        carried = turned_round(carried)
+    return replace(state, carried=replace(carried, end_known=True), search=HeadingSearch())
+
+
+def _noise_of(match: Match, settings: DualSettings) -> tuple[FloatArray, float]:
+    """Independent noise (2, 2) of a fix, and the variance of its lasting error in each direction."""
+    if settings.empirical is None:
+        misfit_m2 = settings.misfit_m2 * match.signal_distance**2
+        covariance_m2 = settings.fix_scale * match.covariance_m2 + misfit_m2 * np.eye(2)
+    else:
+        covariance_m2 = settings.empirical.fix_m**2 * np.eye(2)
+    return (1.0 - settings.lasting) * covariance_m2, settings.lasting * float(np.trace(covariance_m2)) / 2.0
+
+
+def _carrying(state: DualState) -> Carrying:
+    return Carrying.UNKNOWN if state.time_s is None else state.carried.phone.recognised.at(state.time_s)
+
+
+def _fix(state: DualState, moved: PdrOutput, settings: DualSettings, checks: tuple[InnovationCheck, ...]) -> Fix:
+    track, carrying = state.track, _carrying(state)
+    if track is None or state.floor is None or state.radio_s is None or state.time_s is None:
+        return no_fix(state.start, state.time_s, Walker(None, None, state.step_count, moved.motion, carrying))
+    heading_rad = float(track.mean[ukf.HEADING]) if track.headed else None
+    walker = Walker(heading_rad, speed_mps(track, moved), state.step_count, moved.motion, carrying)
+    xy_m, covariance = place(track, moved)
+    estimate = Estimate(Position(float(xy_m[0]), float(xy_m[1]), state.floor.floor), covariance, settings.tail)
+    coasting = state.time_s - state.radio_s > settings.silent_after_s
+    return assembled_fix(state.start, state.time_s, estimate, walker, state.phases, coasting, checks)
+
+
+def dual_ukf(method: str = "dual_ukf", settings: DualSettings | None = None) -> Method:
+    """The method with these settings."""
+    return Method(method, start, partial(advance, settings=settings or DualSettings()))
+
+
+DUAL_UKF = dual_ukf()

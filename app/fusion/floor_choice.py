@@ -1,0 +1,28 @@
+"""Which floor a session is on: the phone's hint until the first scan, the scans from there on."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from app.fusion.interface import Site
+from app.fusion.state_codec import storable
+from app.wifi.floor_decision import FloorBelief, advance_floor
+from app.wifi.match import Match
+from app.wifi.radio_map import RadioMap
+
+HINT_WEIGHT = 3.0
+"""What a hinted floor counts against any other in the first scan's vote; it does not bind."""
+storable(FloorBelief)
+
+
+def chosen_floor(
+    belief: FloorBelief | None, hint: str | None, radio_map: RadioMap, site: Site, match: Match
+) -> FloorBelief:
+    """The belief after one more scan. belief : before, None at the first scan.  hint : what the phone said at first."""
+    votes = match.floor_probability
+    if belief is None and hint in radio_map.floors:
+        # a floor that got no vote at all still gets a share of the hint
+        votes = (votes + 0.02) * np.where([floor == hint for floor in radio_map.floors], HINT_WEIGHT, 1.0)
+        votes = votes / votes.sum()
+    levels = {name: floor.level for name, floor in site.floors.items()}
+    return advance_floor(belief, radio_map.floors, votes, levels)

@@ -1,0 +1,91 @@
+"""Two accounts of where the walker is, and which of them scans and steps bear out.
+
+A fix far from where the steps lead may be a relayed radio, access points that were moved, or a walker who was carried
+off: at first they look alike. So the track that steps and earlier scans made stays as it was, a rival begins at the
+fix, and both walk on. The rival takes over only after scans on a stretch of way fit it and not the first.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from app.fusion.state_codec import storable
+from app.fusion.walking_track import Track
+
+
+@dataclass(frozen=True, slots=True)
+class HypothesisSettings:
+    """contradicts : squared Mahalanobis distance of a fix from a track beyond which it speaks against it. On 165
+    clean mall walks (folds 1-4) one scan in a thousand exceeds 12, and no two in a row exceed 6.
+    fault_after : contradictions in a row that are a fault.
+    back_after : scans in a row that bear the first track out again and end the fault.
+    moved_after, moved_m : scans, and metres of steps, that must bear the rival out and not the first before answers
+    are given from it. They are no use yet: the radio of somebody else's walk fits one's own for as long by chance.
+    settled_after, settled_m : the same until the phone may rely on it, and the account given up is forgotten.
+    """
+
+    contradicts: float = 12.0
+    fault_after: int = 2
+    back_after: int = 2
+    moved_after: int = 5
+    moved_m: float = 10.0
+    settled_after: int = 14
+    settled_m: float = 28.0
+
+
+@storable
+@dataclass(frozen=True, slots=True, eq=False)
+class Rivalry:
+    """The rival and its record.
+
+    contradictions : scans in a row that speak against the first track.  fault : whether the phone has been warned.
+    for_first : scans in a row that bear out the first track.  for_rival : those that bear out the rival alone.
+    walked_m : steps since the rival began.
+    taken_over : whether what answers now was the rival, and the rival is the account it took over from.
+    """
+
+    rival: Track
+    contradictions: int = 1
+    fault: bool = False
+    for_first: int = 0
+    for_rival: int = 1
+    walked_m: float = 0.0
+    taken_over: bool = False
+
+
+def judged(rivalry: Rivalry, first_fits: bool, rival_fits: bool, settings: HypothesisSettings) -> Rivalry:
+    """The record after one more scan."""
+    contradictions = 0 if first_fits else rivalry.contradictions + 1
+    return replace(
+        rivalry,
+        contradictions=contradictions,
+        fault=rivalry.fault or contradictions >= settings.fault_after,
+        for_first=rivalry.for_first + 1 if first_fits else 0,
+        for_rival=rivalry.for_rival + 1 if rival_fits and not first_fits else rivalry.for_rival if rival_fits else 0,
+    )
+
+
+def first_is_back(rivalry: Rivalry, settings: HypothesisSettings) -> bool:
+    """Whether the first track is believed, again or by now. Before the phone was warned one scan is enough."""
+    if rivalry.taken_over:
+        return rivalry.for_first >= settings.settled_after and rivalry.walked_m >= settings.settled_m
+    return rivalry.for_first >= (settings.back_after if rivalry.fault else 1)
+
+
+def rival_wins(rivalry: Rivalry, settings: HypothesisSettings) -> bool:
+    """Whether scans bear out that the walker is where the rival is. Who took over by mistake is put back sooner."""
+    enough = settings.back_after if rivalry.taken_over else settings.moved_after
+    far_m = 0.0 if rivalry.taken_over else settings.moved_m
+    return rivalry.for_rival >= enough and rivalry.walked_m >= far_m
+
+
+def exchanged(rivalry: Rivalry, first: Track) -> Rivalry:
+    """The rivalry after the rival has taken over from the first track, or has been put back."""
+    return replace(
+        rivalry,
+        rival=first,
+        contradictions=0,
+        for_first=rivalry.for_rival,
+        for_rival=0,
+        taken_over=not rivalry.taken_over,
+    )

@@ -1,0 +1,98 @@
+"""Method A's measurements: how steps and scans are turned into observations, tested and fused."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from app.estimation.arrays import FloatArray, IntArray
+from app.fusion import walking_ukf as ukf
+from app.fusion.fix_assembly import Phases
+from app.fusion.integrity_settings import IntegritySettings
+from app.fusion.walking_track import Track, headed, stepped
+from app.integrity.fault_detection import Monitored, monitored_update
+from app.observations import Excluded, InnovationCheck, Step
+from app.wifi.match import Match
+
+ABSOLUTE_BELOW_RAD = 1.0
+"""Headings of a larger standard deviation are not from north."""
+BY_WIFI: IntArray = np.array([ukf.OF_WIFI_X, ukf.OF_WIFI_Y])
+_HEADING: IntArray = np.array([ukf.OF_HEADING])
+_STEP: IntArray = np.array([ukf.OF_LENGTH, ukf.OF_TURN, ukf.OF_HEADING])
+_STEP_BLIND: IntArray = np.array([ukf.OF_LENGTH, ukf.OF_TURN])
+
+
+def measure(
+    track: Track,
+    source: str,
+    time_s: float,
+    which: IntArray,
+    measured: FloatArray,
+    noise: FloatArray,
+    before: FloatArray,
+    forward_m: float,
+    settings: IntegritySettings,
+) -> tuple[Monitored, InnovationCheck]:
+    """Test and fuse one measurement.
+
+    Parameters
+    ----------
+    which, measured, noise : (m,), (m,), (m, m) observations by number, as in app/fusion/walking_ukf.py.
+    before : (3,) the estimate before the step.  forward_m : how far ahead of the last step the measurement was taken.
+    """
+    prior, alpha = (track.mean, track.covariance), settings.track.alpha
+    expectation = ukf.expect(*prior, measured, noise, which, before, forward_m, alpha)
+    tested = monitored_update(prior, expectation, noise, ukf.angles_of_state(len(track.mean)), settings.monitor)
+    rejected = bool(tested.if2)
+    check = InnovationCheck(
+        source, time_s, expectation[0], tested.sigma, tested.statistic, tested.threshold, rejected, not rejected
+    )
+    return tested, check
+
+
+def after_step(
+    track: Track, step: Step, turns: bool, settings: IntegritySettings, checks: list[InnovationCheck]
+) -> Track:
+    """The track after a step, its heading observed where the phone knows north. turns : whether it knows its turns."""
+    absolute = step.heading_sigma_rad < ABSOLUTE_BELOW_RAD
+    if not absolute and not turns:
+        track = replace(track, headed=False)
+    if not track.headed and absolute:
+        track = headed(track, step.heading_rad, settings.track.heading_noise_rad)
+        step = replace(step, heading_change_rad=0.0)
+    before = track.mean[:3].copy()
+    track = stepped(track, step, settings.track)
+    if not track.headed or not (absolute or settings.control_twice):
+        return track
+    which = _HEADING if not settings.control_twice else _STEP if absolute else _STEP_BLIND
+    of_heading = settings.track.heading_noise_rad if settings.track.learning else step.heading_sigma_rad
+    values = (0.0, 0.0, step.length_m, step.heading_change_rad, step.heading_rad)
+    sigmas = (0.0, 0.0, settings.length_sigma_m, settings.turn_sigma_rad, of_heading)
+    measured, noise = np.array([values[k] for k in which]), np.diag([sigmas[k] ** 2 for k in which])
+    tested, check = measure(track, "heading", step.time_s, which, measured, noise, before, 0.0, settings)
+    checks.append(check)
+    return replace(track, mean=tested.mean, covariance=tested.covariance)
+
+
+def noise_of(match: Match, settings: IntegritySettings) -> tuple[FloatArray, float]:
+    """Independent noise (2, 2) of a fix, and the variance of its lasting error in each direction."""
+    scatter, error = match.covariance_m2, settings.error
+    variance_m2 = error.least_m2 + error.scatter * float(np.trace(scatter)) / 2.0
+    variance_m2 += error.distance_m2 * match.signal_distance**2
+    independent = (1.0 - error.lasting) * variance_m2 * np.eye(2)
+    return independent, error.lasting * variance_m2
+
+
+def phases_of(tested: Monitored, check: InnovationCheck, fault: bool) -> Phases:
+    """What a scan's test means for the Fix. fault : it failed too often in a row."""
+    excluded: tuple[Excluded, ...] = ()
+    apart_m = 0.0
+    if tested.if2:
+        apart_m = float(np.hypot(*check.innovation[:2]))
+        apart_m = apart_m if math.isfinite(apart_m) else 1e6
+        times = "again and again" if fault else "this once"
+        excluded = (Excluded(f"{apart_m:.0f} m from where the steps lead, {times}", observation="wifi"),)
+    statistic = tested.statistic if math.isfinite(tested.statistic) else None
+    return Phases(tested.if1, tested.if2, int(fault), statistic, tested.threshold, apart_m, excluded)

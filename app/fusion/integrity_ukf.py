@@ -1,0 +1,198 @@
+"""Method A, `integrity_ukf`: an unscented filter over steps and WiFi fixes that watches its own innovations.
+
+Integrity monitoring for indoor positioning, papers/integrity_monitoring_ukf.txt; docs/methods/integrity_ukf.md says
+what differs and why, and what was measured.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+
+from app.estimation.arrays import FloatArray
+from app.fusion import walking_ukf as ukf
+from app.fusion.batch_events import Event, events, knows_turns
+from app.fusion.fix_assembly import Estimate, Phases, Walker, assembled_fix, no_fix
+from app.fusion.floor_choice import chosen_floor
+from app.fusion.heading_search import HeadingSearch, begun_at, found, walked
+from app.fusion.integrity_measuring import BY_WIFI, after_step, measure, noise_of, phases_of
+from app.fusion.integrity_settings import IntegritySettings
+from app.fusion.interface import Method, SessionStart, Site
+from app.fusion.scan_matching import match_scan
+from app.fusion.state_codec import storable
+from app.fusion.walking_track import (
+    Track,
+    aged,
+    ahead_m,
+    begun,
+    headed,
+    place,
+    speed_mps,
+    unbiased,
+)
+from app.integrity.fault_detection import is_fault, streak_after
+from app.observations import Batch, Fix, InnovationCheck, Position, WifiScan
+from app.pdr.tracker import PdrOutput, PdrState, initial_pdr_state
+from app.wifi.floor_decision import FloorBelief
+
+START_SIGMA_M = 5.0 / 1.5096
+"""Of a `start`, in each direction: 68 % within 5 m."""
+
+
+@storable
+@dataclass(frozen=True, slots=True, eq=False)
+class IntegrityState:
+    """Of one session. radio_s : newest usable scan; there is no position before the first.
+
+    streak : failed tests of WiFi in a row.  apart_m : (2,) of the newest failed one, from where the steps lead to the
+    fix; None after one that passed.  phases : what the newest test found.
+    """
+
+    start: SessionStart
+    pdr: PdrState
+    floor: FloorBelief | None = None
+    phases: Phases = field(default_factory=Phases)
+    time_s: float | None = None
+    track: Track | None = None
+    radio_s: float | None = None
+    search: HeadingSearch = field(default_factory=HeadingSearch)
+    streak: int = 0
+    apart_m: FloatArray | None = None
+    step_count: int = 0
+
+
+storable(Phases)
+
+
+def start(session: SessionStart) -> IntegrityState:
+    """The state of a session that has reported nothing."""
+    return IntegrityState(session, initial_pdr_state())
+
+
+def advance(state: IntegrityState, batch: Batch, site: Site, settings: IntegritySettings) -> tuple[IntegrityState, Fix]:
+    """The state after a batch, and the best estimate at its end."""
+    checks: list[InnovationCheck] = []
+    moved: PdrOutput | None = None
+    for event in events(state.pdr, state.time_s, batch):
+        moved = event.moved
+        state = _moved(state, event, settings, checks)
+        if event.scan is not None:
+            state = _scanned(state, event.scan, moved, site, settings, checks)
+    if moved is None:
+        raise RuntimeError("a batch has an end")
+    return state, _fix(state, moved, settings, tuple(checks))
+
+
+def _moved(
+    state: IntegrityState, event: Event, settings: IntegritySettings, checks: list[InnovationCheck]
+) -> IntegrityState:
+    """Steps and time that passed since the event before."""
+    track, search, steps = state.track, state.search, event.moved.steps
+    if track is None and state.start.start is not None and event.time_s is not None:
+        prior, noise = state.start.start, START_SIGMA_M**2 * np.eye(2)
+        track = begun(np.array([prior.x_m, prior.y_m]), noise, settings.error.least_m2, event.time_s, settings.track)
+        track = unbiased(track, noise)
+    if track is not None:
+        turns = knows_turns(event)
+        for step in steps if settings.use_steps else ():
+            track = after_step(track, step, turns, settings, checks)
+            search = search if track.headed else walked(search, step) if turns else HeadingSearch()
+        if event.time_s is not None:
+            moved = event.moved if settings.use_steps else replace(event.moved, inertial_until_s=None)
+            track = aged(track, event.time_s, moved, settings.track)
+    return replace(
+        state, pdr=event.pdr, time_s=event.time_s, track=track, search=search, step_count=state.step_count + len(steps)
+    )
+
+
+def _scanned(
+    state: IntegrityState,
+    scan: WifiScan,
+    moved: PdrOutput,
+    site: Site,
+    settings: IntegritySettings,
+    checks: list[InnovationCheck],
+) -> IntegrityState:
+    if site.radio_map is None or (state.radio_s is not None and not settings.use_scans):
+        return state
+    match = match_scan(site.radio_map, scan, settings.matcher, settings.least_known)
+    if match is None or state.time_s is None:
+        return state
+    now_s = state.time_s
+    told = state.start.floor if state.start.start is None else state.start.start.floor
+    floor = chosen_floor(state.floor, told, site.radio_map, site, match)
+    if floor.decided != match.floor:
+        match = match_scan(site.radio_map, scan, settings.matcher, settings.least_known, floor.floor)
+        if match is None:
+            return state
+    changed = floor.floor != (told if state.floor is None else state.floor.floor)
+    state = replace(state, floor=floor, radio_s=scan.time_s)
+    noise, bias_m2 = noise_of(match, settings)
+    if state.track is None or changed:
+        track = begun(match.xy_m, noise, bias_m2, now_s, settings.track, state.track)
+        return replace(state, track=track, search=HeadingSearch(), streak=0, apart_m=None, phases=Phases())
+
+    track = replace(state.track, bias_variance_m2=bias_m2)
+    if not settings.track.learning:
+        noise = noise + bias_m2 * np.eye(2)
+    tested, check = measure(
+        track, "wifi", scan.time_s, BY_WIFI, match.xy_m, noise, track.mean[:3], ahead_m(track, moved), settings
+    )
+    checks.append(check)
+    streak = streak_after(state.streak, tested.if2)
+    fault = is_fault(streak, settings.monitor)
+    apart_m = check.innovation.copy() if tested.if2 else None
+    phases = phases_of(tested, check, fault)
+    if fault and _agree(apart_m, state.apart_m, noise, bias_m2, settings):
+        track = begun(match.xy_m, noise, bias_m2, now_s, settings.track, track)
+        return replace(state, track=track, search=HeadingSearch(), streak=0, apart_m=None, phases=phases)
+    track = replace(track, mean=tested.mean, covariance=tested.covariance)
+    track, search = (track, state.search) if track.headed else _sought(track, state.search)
+    return replace(state, track=track, search=search, streak=streak, apart_m=apart_m, phases=phases)
+
+
+def _agree(
+    one_m: FloatArray | None,
+    other_m: FloatArray | None,
+    noise: FloatArray,
+    bias_m2: float,
+    settings: IntegritySettings,
+) -> bool:
+    """Whether two failed fixes lie equally far from where the steps led: then it is the track that is wrong."""
+    if one_m is None or other_m is None:
+        return False
+    sigma_m = math.sqrt(2.0 * (float(np.trace(noise)) / 2.0 + bias_m2))
+    return float(np.hypot(*(one_m - other_m))) <= settings.agree_sigmas * sigma_m
+
+
+def _sought(track: Track, search: HeadingSearch) -> tuple[Track, HeadingSearch]:
+    """The track with a heading where fixes and steps have given it away."""
+    search = begun_at(search, track.mean[:2])
+    heading = found(search, track.mean[:2], math.sqrt(float(np.trace(track.covariance[:2, :2])) / 2.0))
+    return (track, search) if heading is None else (headed(track, *heading, by_phone=False), HeadingSearch())
+
+
+def _fix(
+    state: IntegrityState, moved: PdrOutput, settings: IntegritySettings, checks: tuple[InnovationCheck, ...]
+) -> Fix:
+    track = state.track
+    if track is None or state.floor is None or state.radio_s is None or state.time_s is None:
+        walker = Walker(None, None, state.step_count, moved.motion, moved.carrying)
+        return no_fix(state.start, state.time_s, walker)
+    heading_rad = float(track.mean[ukf.HEADING]) if track.headed else None
+    walker = Walker(heading_rad, speed_mps(track, moved), state.step_count, moved.motion, moved.carrying)
+    xy_m, covariance = place(track, moved)
+    estimate = Estimate(Position(float(xy_m[0]), float(xy_m[1]), state.floor.floor), covariance, settings.tail)
+    coasting = state.time_s - state.radio_s > settings.silent_after_s
+    return assembled_fix(state.start, state.time_s, estimate, walker, state.phases, coasting, checks)
+
+
+def integrity_ukf(method: str = "integrity_ukf", settings: IntegritySettings | None = None) -> Method:
+    """The method with these settings."""
+    return Method(method, start, partial(advance, settings=settings or IntegritySettings()))
+
+
+INTEGRITY_UKF = integrity_ukf()

@@ -1,0 +1,62 @@
+"""What a positioning method is: start() and a pure advance() on a frozen state."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from app.floorplan.georeference import Georeference
+from app.observations import Batch, Fix, Position
+from app.wifi.radio_map import RadioMap
+
+
+@dataclass(frozen=True, slots=True)
+class Floor:
+    """A floor as the methods need it. level : storeys above ground, negative below."""
+
+    floor: str
+    level: int
+    width_m: float
+    height_m: float
+    georeference: Georeference | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Site:
+    """What is known of the venue: its floors and the active radio map (None until one is published).
+
+    watched : access points on the map's watch list, 48-bit addresses: not to be relied on.
+    """
+
+    floors: Mapping[str, Floor] = field(default_factory=dict)
+    radio_map: RadioMap | None = None
+    watched: frozenset[int] = frozenset()
+
+
+@dataclass(frozen=True, slots=True)
+class SessionStart:
+    """What a phone asks for when it opens a session. start : a prior of 5 m (68 %); floor : a hint. Neither binds."""
+
+    alert_limit_m: float = 10.0
+    risk: float = 0.01
+    floor: str | None = None
+    start: Position | None = None
+
+
+START_SIGMA_M = 5.0 / 1.5096
+"""Of a `start`, in each direction: 68 % within 5 m."""
+
+
+@dataclass(frozen=True, slots=True)
+class Method:
+    """One positioning method.
+
+    start : SessionStart -> state.  advance : (state, batch, site) -> (state, fix), pure: the same arguments give the
+    same result, on any worker.  States are frozen dataclasses of numbers, strings, enums, arrays, tuples, None and
+    other such dataclasses, so that app/fusion/state_codec.py can store them all.
+    """
+
+    method: str
+    start: Callable[[SessionStart], Any]
+    advance: Callable[[Any, Batch, Site], tuple[Any, Fix]]

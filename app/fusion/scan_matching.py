@@ -1,0 +1,51 @@
+"""One scan to one fix with its own covariance, by the matcher that a method asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import StrEnum
+
+from app.observations import WifiScan
+from app.wifi.match import Match
+from app.wifi.radio_map import RadioMap
+from app.wifi.readings import fresh_readings
+from app.wifi.soft_match import soft_match
+from app.wifi.weibull_bayes import weibull_bayes
+from app.wifi.wknn import wknn
+
+
+class Matcher(StrEnum):
+    """How scans are compared with the radio map."""
+
+    WEIBULL_BAYES = "weibull_bayes"
+    WKNN = "wknn"
+    SOFT = "soft"
+
+
+_MATCHERS: dict[Matcher, Callable[..., Match | None]] = {
+    Matcher.WEIBULL_BAYES: weibull_bayes,
+    Matcher.WKNN: wknn,
+    Matcher.SOFT: soft_match,
+}
+
+
+def match_scan(
+    radio_map: RadioMap | None, scan: WifiScan, matcher: Matcher, least_known: int, floor: str | None = None
+) -> Match | None:
+    """Place of a scan's fresh readings.
+
+    Parameters
+    ----------
+    least_known : access points known to the map with which a scan is usable.
+    floor : name of the floor to place it on; None: the one that it sounds most like.
+
+    Returns
+    -------
+    None where there is no map, or the scan says too little.
+    """
+    if radio_map is None:
+        return None
+    fresh = fresh_readings(scan)
+    where = radio_map.floors.index(floor) if floor in radio_map.floors else None
+    match = _MATCHERS[matcher](radio_map, fresh.bssid, fresh.rssi_dbm, floor=where)
+    return None if match is None or match.known < least_known else match

@@ -1,0 +1,220 @@
+"""Method B, `two_stage_ekf`: an attitude filter turns the steps, a position filter joins them with WiFi.
+
+WiFi/MEMS integration with a moving partition, papers/two_stage_ekf_moving_partition.txt; docs/methods/two_stage_ekf.md
+says what differs and why, and what was measured.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+
+from app.estimation.arrays import FloatArray
+from app.fusion import position_ekf as ekf
+from app.fusion.batch_events import Event, events, knows_turns
+from app.fusion.fix_assembly import Estimate, Phases, Walker, assembled_fix, no_fix
+from app.fusion.floor_choice import chosen_floor
+from app.fusion.heading_search import HeadingSearch, walked
+from app.fusion.interface import START_SIGMA_M, Method, SessionStart, Site
+from app.fusion.position_ekf import StepTrack
+from app.fusion.scan_watch import watched
+from app.fusion.state_codec import storable
+from app.fusion.two_stage_measuring import after_direction, after_step, sought
+from app.fusion.two_stage_settings import TwoStageSettings
+from app.fusion.wifi_direction import FIXES
+from app.observations import Batch, Fix, InnovationCheck, Motion, Position, WifiScan
+from app.pdr.attitude_ekf import EulerState, advance_attitude
+from app.pdr.tracker import PdrOutput, PdrState, initial_pdr_state
+from app.pdr.turn_detection import last_turn_s, straight_since
+from app.wifi.floor_decision import FloorBelief
+from app.wifi.match import Match
+from app.wifi.moving_partition import Partition
+from app.wifi.partition_search import SearchState, place_scan
+from app.wifi.radio_map import RadioMap
+from app.wifi.readings import fresh_readings
+from app.wifi.strongest_wknn import strongest_wknn
+
+
+@storable
+@dataclass(frozen=True, slots=True, eq=False)
+class TwoStageState:
+    """Of one session. radio_s : newest usable scan; there is no position before the first.
+
+    fixes : (n, 3) times and places of the newest that passed, oldest first.  turned_s : newest step that was a turn.
+    north : where north is, for a phone that does not know.  streak : failed tests of WiFi in a row.
+    phases : what the newest test found.
+    """
+
+    start: SessionStart
+    pdr: PdrState
+    attitude: EulerState = field(default_factory=EulerState)
+    search: SearchState = field(default_factory=SearchState)
+    floor: FloorBelief | None = None
+    phases: Phases = field(default_factory=Phases)
+    time_s: float | None = None
+    track: StepTrack | None = None
+    radio_s: float | None = None
+    fixes: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
+    turned_s: float = -math.inf
+    north: HeadingSearch = field(default_factory=HeadingSearch)
+    streak: int = 0
+    step_count: int = 0
+
+
+for _kind in (Phases, EulerState, SearchState, Partition):
+    storable(_kind)
+
+
+def start(session: SessionStart) -> TwoStageState:
+    """The state of a session that has reported nothing."""
+    return TwoStageState(session, initial_pdr_state())
+
+
+def advance(state: TwoStageState, batch: Batch, site: Site, settings: TwoStageSettings) -> tuple[TwoStageState, Fix]:
+    """The state after a batch, and the best estimate at its end."""
+    checks: list[InnovationCheck] = []
+    moved: PdrOutput | None = None
+    for event in events(state.pdr, state.time_s, batch):
+        moved = event.moved
+        until_s = None if event.scan is None else event.scan.time_s
+        state = replace(state, attitude=advance_attitude(state.attitude, batch, settings.attitude, until_s))
+        state = _moved(state, event, settings, checks)
+        if event.scan is not None:
+            state = _scanned(state, event.scan, moved, site, settings, checks)
+    if moved is None:
+        raise RuntimeError("a batch has an end")
+    return state, _fix(state, moved, settings, tuple(checks))
+
+
+def _moved(
+    state: TwoStageState, event: Event, settings: TwoStageSettings, checks: list[InnovationCheck]
+) -> TwoStageState:
+    """Steps and time that passed since the event before."""
+    track, north, moved = state.track, state.north, event.moved
+    if track is None and state.start.start is not None and event.time_s is not None:
+        prior = state.start.start
+        track = ekf.begun(np.array([prior.x_m, prior.y_m]), START_SIGMA_M**2, event.time_s, settings.position)
+    if track is not None:
+        turns = knows_turns(event)
+        for step in moved.steps if settings.use_steps else ():
+            track = after_step(track, step, state.attitude, turns, settings, checks)
+            north = north if track.headed else walked(north, step) if turns else HeadingSearch()
+        if event.time_s is not None:
+            blind = moved if settings.use_steps else replace(moved, inertial_until_s=None)
+            track = ekf.aged(track, event.time_s, blind)
+    return replace(
+        state,
+        pdr=event.pdr,
+        time_s=event.time_s,
+        track=track,
+        north=north,
+        turned_s=last_turn_s(state.turned_s, moved.steps, settings.turn_rad),
+        step_count=state.step_count + len(moved.steps),
+    )
+
+
+def _scanned(
+    state: TwoStageState,
+    scan: WifiScan,
+    moved: PdrOutput,
+    site: Site,
+    settings: TwoStageSettings,
+    checks: list[InnovationCheck],
+) -> TwoStageState:
+    if site.radio_map is None or state.time_s is None or (state.radio_s is not None and not settings.use_scans):
+        return state
+    before = state.start.floor if state.start.start is None else state.start.start.floor
+    before = before if state.floor is None else state.floor.floor
+    state, match = _matched(state, fresh_readings(scan), before, site.radio_map, site, settings)
+    floor, track = state.floor, state.track
+    if match is None or floor is None:
+        return state
+    state = replace(state, radio_s=scan.time_s)
+    if track is None or floor.floor != before:
+        return _begun(state, scan, match, Phases(), settings)
+    xy_m, jacobian = ekf.place(track, moved)
+    innovation = match.xy_m - xy_m
+    spread = jacobian @ track.covariance @ jacobian.T + settings.error_m2 * np.eye(2)
+    seen = watched(scan.time_s, innovation, spread, state.streak, settings.watch)
+    checks.append(seen.check)
+    if seen.fault:
+        return _begun(state, scan, match, seen.phases, settings)
+    state = replace(state, streak=seen.streak, phases=seen.phases)
+    if not seen.passed:
+        return state
+    track = ekf.measured(track, innovation, jacobian, settings.position.of_fix_m2(match) * np.eye(2))
+    fixes = np.concatenate([state.fixes[1 - FIXES :], [[state.time_s, *match.xy_m]]])
+    if not track.headed:
+        track, north = sought(track, state.north)
+        return replace(state, track=track, fixes=fixes, north=north)
+    if settings.use_direction and straight_since(state.turned_s, float(fixes[0, 0])):
+        track = after_direction(track, fixes[:, 1:], scan.time_s, settings, checks)
+    return replace(state, track=track, fixes=fixes)
+
+
+def _matched(
+    state: TwoStageState,
+    scan: WifiScan,
+    before: str | None,
+    radio_map: RadioMap,
+    site: Site,
+    settings: TwoStageSettings,
+) -> tuple[TwoStageState, Match | None]:
+    """The scan's place on the floor that holds, and what it says of the floor. before : floor until now."""
+    where = None if state.floor is None or before not in radio_map.floors else radio_map.floors.index(before)
+    search, match, everywhere = place_scan(state.search, radio_map, scan, where, settings.search)
+    if match is None or match.known < settings.least_known:
+        return state, None
+    if not everywhere:
+        return replace(state, search=search), match
+    floor = chosen_floor(state.floor, before, radio_map, site, match)
+    state = replace(state, search=search, floor=floor)
+    if floor.decided == match.floor:
+        return state, match
+    # stays lost, so that the next scan is asked for its floor too
+    state = replace(state, search=replace(search, partition=None))
+    strongest = settings.search.strongest
+    return state, strongest_wknn(radio_map, scan.bssid, scan.rssi_dbm, strongest, floor.decided)
+
+
+def _begun(
+    state: TwoStageState, scan: WifiScan, match: Match, phases: Phases, settings: TwoStageSettings
+) -> TwoStageState:
+    """The state with a track that begins at a fix."""
+    time_s = scan.time_s if state.time_s is None else state.time_s
+    track = ekf.begun(match.xy_m, settings.error_m2, time_s, settings.position)
+    fixes = np.array([[time_s, *match.xy_m]])
+    return replace(state, track=track, fixes=fixes, north=HeadingSearch(), streak=0, phases=phases)
+
+
+def _fix(
+    state: TwoStageState, moved: PdrOutput, settings: TwoStageSettings, checks: tuple[InnovationCheck, ...]
+) -> Fix:
+    track = state.track
+    if track is None or state.floor is None or state.radio_s is None or state.time_s is None:
+        walker = Walker(None, None, state.step_count, moved.motion, moved.carrying)
+        return no_fix(state.start, state.time_s, walker)
+    heading_rad = float(track.mean[ekf.HEADING]) if track.headed else None
+    walker = Walker(heading_rad, _speed_mps(track, moved), state.step_count, moved.motion, moved.carrying)
+    xy_m, jacobian = ekf.place(track, moved)
+    spread = jacobian @ track.covariance @ jacobian.T + settings.lasting_m2 * np.eye(2)
+    estimate = Estimate(Position(float(xy_m[0]), float(xy_m[1]), state.floor.floor), spread, settings.tail)
+    coasting = state.time_s - state.radio_s > settings.silent_after_s
+    return assembled_fix(state.start, state.time_s, estimate, walker, state.phases, coasting, checks)
+
+
+def _speed_mps(track: StepTrack, moved: PdrOutput) -> float | None:
+    if moved.motion is Motion.UNKNOWN:
+        return None
+    return 0.0 if moved.motion is Motion.STILL else float(track.mean[ekf.LENGTH]) / max(track.stride_s, 0.3)
+
+
+def two_stage_ekf(method: str = "two_stage_ekf", settings: TwoStageSettings | None = None) -> Method:
+    """The method with these settings."""
+    return Method(method, start, partial(advance, settings=settings or TwoStageSettings()))
+
+
+TWO_STAGE_EKF = two_stage_ekf()

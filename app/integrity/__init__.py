@@ -1,0 +1,1 @@
+"""Can the answer be trusted: fault detection and protection levels."""

@@ -1,0 +1,204 @@
+"""The nouns that all layers share: what a phone sends in, and the Fix that goes back.
+
+Inside the service every time is Unix seconds of the phone's clock, every length metres, every angle radians clockwise
+from north in (-pi, pi]; milliseconds exist at the wire only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+
+from app.estimation.arrays import FloatArray, IntArray
+
+
+def _empty_times() -> FloatArray:
+    return np.empty(0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AxisSamples:
+    """A three-axis sensor stream in the Android device frame.
+
+    time_s : (n,) non-decreasing.  values : (n, 3), unit by stream: m/s^2, rad/s, microtesla; for the rotation vector
+    x, y, z of the unit quaternion (device to east-north-up).
+    """
+
+    time_s: FloatArray = field(default_factory=_empty_times)
+    values: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PressureSamples:
+    """Barometer stream. time_s : (n,) non-decreasing.  pressure_hpa : (n,)."""
+
+    time_s: FloatArray = field(default_factory=_empty_times)
+    pressure_hpa: FloatArray = field(default_factory=_empty_times)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WifiScan:
+    """One WiFi scan; each access point occurs once.
+
+    time_s : when the scan was delivered.  bssid : (n,) 48-bit MAC addresses as integers.  rssi_dbm : (n,).
+    seen_s : (n,) when each access point was last heard, at most time_s (phones repeat stale ones).
+    """
+
+    time_s: float
+    bssid: IntArray
+    rssi_dbm: FloatArray
+    seen_s: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BluetoothScan:
+    """One Bluetooth scan: identifiers, RSSI and transmit power (NaN where not sent), all of length n."""
+
+    time_s: float
+    beacon: tuple[str, ...]
+    rssi_dbm: FloatArray
+    tx_power_dbm: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Batch:
+    """What one phone reports at once, validated: columns finite, equally long and ordered in time.
+
+    end_s : up to when the phone has reported; None for an empty batch that does not say.
+    dropped : readings that could not be used and were left out at the door.
+    """
+
+    sequence: int
+    end_s: float | None
+    accelerometer: AxisSamples = field(default_factory=AxisSamples)
+    gyroscope: AxisSamples = field(default_factory=AxisSamples)
+    magnetometer: AxisSamples = field(default_factory=AxisSamples)
+    rotation_vector: AxisSamples = field(default_factory=AxisSamples)
+    barometer: PressureSamples = field(default_factory=PressureSamples)
+    wifi: tuple[WifiScan, ...] = ()
+    bluetooth: tuple[BluetoothScan, ...] = ()
+    dropped: int = 0
+    gap: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One detected step.
+
+    time_s : instant of the step.  duration_s : since the previous step (or the stride period's estimate).
+    length_m : by the step-length model before any learned scale.  heading_rad : walking direction.
+    heading_sigma_rad : its standard deviation.  heading_change_rad : change since the previous step by the gyroscope
+    alone.  magnetic_heading_rad : by the magnetometer, or NaN.
+    """
+
+    time_s: float
+    duration_s: float
+    length_m: float
+    heading_rad: float
+    heading_sigma_rad: float
+    heading_change_rad: float
+    magnetic_heading_rad: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class InnovationCheck:
+    """The record that every measurement leaves, fused or not.
+
+    innovation and sigma : (m,) in the units of the measurement; statistic is compared with threshold.
+    """
+
+    source: str
+    time_s: float
+    innovation: FloatArray
+    sigma: FloatArray
+    statistic: float
+    threshold: float
+    rejected: bool
+    fused: bool
+
+
+class Flag(StrEnum):
+    """Integrity flag of a Fix; docs/conventions.md defines each."""
+
+    INITIALISING = "initialising"
+    NOMINAL = "nominal"
+    CORRECTED = "corrected"
+    OUTLIER = "outlier"
+    FAULT = "fault"
+    COASTING = "coasting"
+
+
+class Motion(StrEnum):
+    """What the walker does, from the inertial streams."""
+
+    STILL = "still"
+    WALKING = "walking"
+    UNKNOWN = "unknown"
+
+
+class Carrying(StrEnum):
+    """Where the phone is carried."""
+
+    HANDHELD = "handheld"
+    POCKET = "pocket"
+    CALL = "call"
+    SWINGING = "swinging"
+    UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True, slots=True)
+class Excluded:
+    """An observation or access point left out of the estimate, and why."""
+
+    reason: str
+    observation: str | None = None
+    bssid: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Integrity:
+    """Whether the answer can be trusted. The level is None exactly while there is no position."""
+
+    flag: Flag
+    usable: bool
+    if1: int
+    if2: int
+    if3: int
+    statistic: float | None
+    threshold: float | None
+    protection_level_m: float | None
+    alert_limit_m: float
+    risk: float
+    excluded: tuple[Excluded, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Position:
+    """A place in a floor's local frame: x east, y north, metres."""
+
+    x_m: float
+    y_m: float
+    floor: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fix:
+    """The answer to a batch: the best estimate *at* time_s.
+
+    accuracy_m : 68 % radius.  covariance_m2 : ((xx, xy), (xy, yy)).  All estimates are None while position is None;
+    heading and speed may still be unknown after that.
+    """
+
+    time_s: float | None
+    position: Position | None
+    accuracy_m: float | None
+    covariance_m2: tuple[tuple[float, float], tuple[float, float]] | None
+    heading_rad: float | None
+    speed_mps: float | None
+    step_count: int
+    motion: Motion
+    carrying: Carrying
+    integrity: Integrity
+    checks: tuple[InnovationCheck, ...] = ()

@@ -1,0 +1,1 @@
+"""Inertial samples to movement: attitude, steps, headings."""

@@ -1,0 +1,35 @@
+"""Word inside one process that a session has something new. Other workers' news is found by looking in the database."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+ALERTS = "alerts"
+"""Announced like a session when an alert of any of them was stored."""
+
+
+class Announcements:
+    """Wakes those who wait for a session."""
+
+    def __init__(self) -> None:
+        self._waiting: dict[str, set[asyncio.Event]] = {}
+
+    def announce(self, session: str) -> None:
+        """Wake everyone who listens to that session."""
+        for event in self._waiting.get(session, ()):
+            event.set()
+
+    @contextmanager
+    def listen(self, session: str) -> Iterator[asyncio.Event]:
+        """An event that every announcement sets; the listener clears it."""
+        event = asyncio.Event()
+        self._waiting.setdefault(session, set()).add(event)
+        try:
+            yield event
+        finally:
+            listeners = self._waiting[session]
+            listeners.discard(event)
+            if not listeners:
+                del self._waiting[session]

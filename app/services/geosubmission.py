@@ -1,0 +1,70 @@
+"""Scans that survey apps report by latitude and longitude, as surveys of the venues that they were taken in."""
+
+from __future__ import annotations
+
+import asyncio
+import tempfile
+from collections import Counter
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from app.floorplan.georeference import Georeference
+from app.services.surveys import Surveys
+from app.storage.survey_rows import FloorRow, SurveyRows
+from app.survey.admission import FloorExtent
+from app.survey.geosubmit import PlacedFloor, placed_reports
+from app.survey.spool import row_of, write_row
+from app.survey.upload import SurveyFindings, SurveyFormat
+from app.wifi.fingerprint import Fingerprint
+
+
+class Geosubmission:
+    """Takes reports in. They enter the radio map when its next version is built.
+
+    Parameters
+    ----------
+    now_ms : the server's clock.
+    """
+
+    def __init__(self, rows: SurveyRows, surveys: Surveys, now_ms: Callable[[], int]) -> None:
+        self._rows = rows
+        self._surveys = surveys
+        self._now_ms = now_ms
+
+    async def add(self, reports: Sequence[Any]) -> int:
+        """Store what can be used, one survey a venue; gives how many reports that were.
+
+        Raises
+        ------
+        DependencyDown : the database cannot be reached.
+        """
+        floors = [floor for row in await self._rows.floors() if (floor := _placed(row)) is not None]
+        by_venue = await asyncio.to_thread(_by_venue, reports, floors, self._now_ms())
+        for venue, fingerprints in by_venue.items():
+            await self._land(venue, fingerprints)
+        return sum(map(len, by_venue.values()))
+
+    async def _land(self, venue: str, fingerprints: Sequence[Fingerprint]) -> None:
+        venue_id, floor_ids, _ = await self._surveys.floors(venue)
+        findings = SurveyFindings({}, Counter(one.floor for one in fingerprints))
+        with tempfile.TemporaryDirectory(prefix="surefix-geosubmit-") as folder:
+            spool = Path(folder) / "fingerprints"
+            with spool.open("wb") as stream:
+                for fingerprint in fingerprints:
+                    write_row(stream, row_of(fingerprint))
+            await self._surveys.land(venue_id, floor_ids, SurveyFormat.GEOSUBMIT, findings, spool, publish=False)
+
+
+def _by_venue(reports: Sequence[Any], floors: Sequence[PlacedFloor], now_ms: int) -> dict[str, list[Fingerprint]]:
+    by_venue: dict[str, list[Fingerprint]] = {}
+    for venue, fingerprint in placed_reports(reports, floors, now_ms):
+        by_venue.setdefault(venue, []).append(fingerprint)
+    return by_venue
+
+
+def _placed(row: FloorRow) -> PlacedFloor | None:
+    if row.latitude_deg is None or row.longitude_deg is None:
+        return None
+    georeference = Georeference(row.latitude_deg, row.longitude_deg, row.rotation_rad or 0.0)
+    return PlacedFloor(row.venue, row.level, FloorExtent(row.floor, row.width_m, row.height_m), georeference)

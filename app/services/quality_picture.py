@@ -1,0 +1,135 @@
+"""The picture of a quality report: by floor, the error over the plan, and what the survey leaves open."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterable
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PatchCollection
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Rectangle
+
+from app.floorplan.walkable import Polygon
+from app.services.quality_report import CELL_M, RASTER_M, REACH_M, Findings, FloorFindings
+
+DOTS_PER_INCH = 130
+WORST_SHOWN_M = 10.0
+"""The top of the colour scale: the same on every floor and report, so that they can be compared."""
+# told apart also without red or green: Okabe and Ito's vermilion and blue
+_GAP, _ALIKE, _SCAN, _WALL, _ROOM = "#d55e00", "#0072b2", "#333333", "#9aa7b2", "#eef2f5"
+_STYLE: dict[Any, Any] = {
+    "font.size": 9,
+    "axes.titlesize": 10,
+    "axes.titlelocation": "left",
+    "legend.frameon": False,
+    "figure.dpi": DOTS_PER_INCH,
+}
+
+
+def picture_of(findings: Findings) -> bytes:
+    """A PNG, a row for each floor."""
+    with mpl.rc_context(_STYLE):
+        rows = max(len(findings.floors), 1)
+        shape = [one.place.height_m / one.place.width_m for one in findings.floors] or [0.5]
+        heights = [min(max(7.0 * ratio, 1.5), 9.0) + 0.8 for ratio in shape]
+        figure = Figure(figsize=(15.0, sum(heights) + 0.7), layout="constrained")
+        panels = figure.subplots(rows, 2, squeeze=False, height_ratios=heights)
+        for (left, right), one in zip(panels, findings.floors, strict=False):
+            _errors(figure, left, one)
+            _open_ends(right, one, findings)
+        if not findings.floors:
+            for axes in panels.ravel():
+                axes.text(0.5, 0.5, "nothing was surveyed", ha="center", va="center")
+                axes.set_axis_off()
+        figure.suptitle(f"Radio map version {findings.described['version']}", ha="left", x=0.01, weight="bold")
+        written = io.BytesIO()
+        figure.savefig(written, format="png", metadata={"Software": None})
+    return written.getvalue()
+
+
+def _errors(figure: Figure, axes: Axes, one: FloorFindings) -> None:
+    _plan(axes, one, 0.5)
+    cells = one.cells
+    squares = [Rectangle((x - CELL_M / 2, y - CELL_M / 2), CELL_M, CELL_M) for x, y in cells.xy_m.tolist()]
+    drawn = PatchCollection(squares, cmap="cividis_r", edgecolor="white", linewidth=0.3, alpha=0.92, zorder=3)
+    drawn.set_array(cells.mean_m)
+    drawn.set_clim(0.0, WORST_SHOWN_M)
+    axes.add_collection(drawn)
+    figure.colorbar(drawn, ax=axes, label="mean error, m", extend="max", shrink=0.8, pad=0.01)
+    error = one.described["error"]
+    told = "no walk could be left out"
+    if error["mean"] is not None:
+        told = f"mean {error['mean']:.1f} m, 95 % within {error['quantile_95']:.1f} m"
+    axes.set_title(f"{one.place.floor}: single scans, their own walk left out: {told}")
+
+
+def _open_ends(axes: Axes, one: FloorFindings, findings: Findings) -> None:
+    _plan(axes, one, 0.35)
+    rows, columns = one.missing.shape
+    axes.imshow(
+        np.where(one.missing, 1.0, np.nan),
+        extent=(0.0, columns * RASTER_M, 0.0, rows * RASTER_M),
+        origin="lower",
+        cmap=ListedColormap([_GAP]),
+        alpha=0.45,
+        interpolation="nearest",
+        zorder=2,
+    )
+    axes.plot(*one.survey_xy_m.T, ".", color=_SCAN, ms=1.6, alpha=0.6, zorder=3)
+    number = findings.floor_names.index(one.place.floor)
+    here = (findings.point_floor[one.alike] == number).all(axis=1)
+    ends = findings.point_xy_m[one.alike[here]]
+    axes.add_collection(LineCollection(list(ends), colors=_ALIKE, linewidths=1.6, zorder=4))
+    axes.plot(*ends.reshape(-1, 2).T, "o", color=_ALIKE, ms=4, mfc="white", mew=1.3, zorder=5)
+    elsewhere = one.alike[~here]
+    places = findings.point_xy_m[elsewhere[findings.point_floor[elsewhere] == number]]
+    axes.plot(*places.T, "D", color=_ALIKE, ms=5, mfc="white", mew=1.3, zorder=5)
+    coverage = one.described["coverage"]
+    covered = f"{100 * coverage['covered']:.0f} % of {coverage['area']:.0f} m²"
+    axes.set_title(f"{one.place.floor}: {covered} is within {REACH_M:.0f} m of a survey scan")
+    handles: list[Any] = [
+        Patch(color=_GAP, alpha=0.45, label="not surveyed"),
+        Line2D([], [], color=_SCAN, marker=".", lw=0, ms=4, label="survey scan"),
+        Line2D([], [], color=_ALIKE, marker="o", mfc="white", lw=1.6, ms=4, label="look-alike places"),
+    ]
+    if len(elsewhere):
+        label = "looks like another floor"
+        handles.append(Line2D([], [], color=_ALIKE, marker="D", mfc="white", lw=0, ms=5, label=label))
+    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.02), ncols=len(handles), fontsize=8)
+
+
+def _plan(axes: Axes, one: FloorFindings, strength: float) -> None:
+    place = one.place
+    if one.features:
+        _outlines(axes, one.features[0], "white", 1.2)
+        for room in one.features[1:]:
+            _outlines(axes, room, _ROOM, 0.5)
+    elif place.image is not None:
+        picture = mpl.image.imread(io.BytesIO(place.image), format="png")
+        axes.imshow(picture, extent=(0.0, place.width_m, 0.0, place.height_m), alpha=strength, zorder=0)
+    else:
+        axes.add_patch(Rectangle((0.0, 0.0), place.width_m, place.height_m, fc="white", ec=_WALL, lw=1.2, zorder=0))
+    margin_m = 0.015 * max(place.width_m, place.height_m)
+    axes.set(xlim=(-margin_m, place.width_m + margin_m), ylim=(-margin_m, place.height_m + margin_m), aspect="equal")
+    axes.set_axis_off()
+    _scale(axes, place.width_m)
+
+
+def _outlines(axes: Axes, polygons: Iterable[Polygon], fill: str, width: float) -> None:
+    for polygon in polygons:
+        axes.fill(*polygon[0].T, facecolor=fill, edgecolor=_WALL, lw=width, zorder=0)
+        for hole in polygon[1:]:
+            axes.fill(*hole.T, facecolor="white", edgecolor=_WALL, lw=width, zorder=0)
+
+
+def _scale(axes: Axes, width_m: float) -> None:
+    """A bar of a round length in the lower left corner."""
+    length_m = next((one for one in (50.0, 20.0, 10.0, 5.0, 2.0) if one <= width_m / 4.0), 1.0)
+    axes.plot([0.0, length_m], [0.0, 0.0], color="black", lw=2.0, solid_capstyle="butt", zorder=6)
+    axes.annotate(f"{length_m:.0f} m", (length_m, 0.0), (4, 0), textcoords="offset points", va="center", fontsize=8)

@@ -1,0 +1,128 @@
+"""Radio-map versions of a venue: building them from surveys, publishing one, going back to an older one."""
+
+from __future__ import annotations
+
+import asyncio
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from app.errors import Conflict, InvalidInput, NotFound
+from app.services.worker_processes import WorkerProcesses
+from app.storage.radio_map_rows import BuiltMap, OutdatedError, RadioMapRows, VersionRow
+from app.storage.survey_rows import SurveyRows
+from app.survey.spool import fingerprint_of, read_rows, write_row
+from app.wifi.fix_calibration import calibrated_map
+from app.wifi.radio_map_codec import encode_radio_map
+
+ATTEMPTS = 6
+"""Times that a version is built again because others published meanwhile, before the caller is told to come back."""
+
+
+class RadioMaps:
+    """What can be done with the radio maps of a venue.
+
+    Each method raises NotFound where there is no such venue, DependencyDown where the database cannot be reached.
+
+    Parameters
+    ----------
+    now_ms : the server's clock.
+    """
+
+    def __init__(
+        self, rows: RadioMapRows, surveys: SurveyRows, workers: WorkerProcesses, now_ms: Callable[[], int]
+    ) -> None:
+        self._rows = rows
+        self._surveys = surveys
+        self._workers = workers
+        self._now_ms = now_ms
+        self._turns: dict[int, asyncio.Lock] = {}
+
+    def turn(self, venue_id: int) -> asyncio.Lock:
+        """Held while a version of the venue is made: those of this process then do not outdate one another."""
+        return self._turns.setdefault(venue_id, asyncio.Lock())
+
+    async def listed(self, venue: str) -> list[VersionRow]:
+        """Every version, oldest first."""
+        return await self._rows.listed(await self._venue(venue))
+
+    async def build(self, venue: str, surveys: Sequence[int]) -> VersionRow:
+        """Make a version of some of the venue's surveys, without activating it.
+
+        Raises
+        ------
+        InvalidInput : no survey named, or one that the venue does not have.
+        Conflict : others kept publishing meanwhile.
+        """
+        venue_id = await self._venue(venue)
+        chosen = tuple(sorted(set(surveys)))
+        if not chosen:
+            raise InvalidInput("name at least one survey", "surveys")
+        present = set(await self._surveys.ids(venue_id))
+        for at, survey in enumerate(surveys):
+            if survey not in present:
+                raise InvalidInput(f"the venue has no survey {survey}", f"surveys[{at}]")
+        async with self.turn(venue_id):
+            for _ in range(ATTEMPTS):
+                built = await self.built(venue_id, chosen, complete=False, active=False)
+                now_ms = self._now_ms()
+                try:
+                    await self._rows.add(venue_id, built, now_ms)
+                except OutdatedError:
+                    continue
+                return VersionRow(built.version, False, built.surveys, built.summary, now_ms)
+        raise Conflict("others kept publishing radio maps of this venue; try again")
+
+    async def activate(self, venue: str, version: int) -> None:
+        """Make a version the active one: running sessions move to it at their next scan.
+
+        Raises
+        ------
+        NotFound : there is no such version, too.
+        """
+        if not await self._rows.activate(await self._venue(venue), version):
+            raise NotFound(f"venue {venue!r} has no radio map version {version}")
+
+    async def built(
+        self, venue_id: int, surveys: Sequence[int], complete: bool, active: bool, addition: Path | None = None
+    ) -> BuiltMap:
+        """The next version, built in another process and not stored yet.
+
+        Parameters
+        ----------
+        complete : `surveys` are all there are.  addition : spool of a survey that is not stored yet.
+        """
+        version = await self._rows.newest(venue_id) + 1
+        with tempfile.TemporaryDirectory(prefix="surefix-map-") as folder:
+            stored = Path(folder) / "stored"
+            with stored.open("wb") as stream:
+                async for rows in self._surveys.fingerprints(surveys):
+                    for row in rows:
+                        write_row(stream, row)
+            spools = [stored] if addition is None else [stored, addition]
+            body, summary = await self._workers.run(encoded_map, spools, version)
+        return BuiltMap(version, tuple(surveys), complete, summary, body, active)
+
+    async def _venue(self, venue: str) -> int:
+        venue_id = await self._surveys.venue(venue)
+        if venue_id is None:
+            raise NotFound(f"there is no venue {venue[:64]!r}")
+        return venue_id
+
+
+def encoded_map(spools: Sequence[Path], version: int) -> tuple[bytes, dict[str, Any]]:
+    """The radio map of all fingerprints in some spools, encoded, and counts about it."""
+    fingerprints = []
+    for spool in spools:
+        with spool.open("rb") as stream:
+            fingerprints += [fingerprint_of(row) for row in read_rows(stream)]
+    radio_map = calibrated_map(fingerprints, version)
+    per_floor = {floor: sum(one.floor == floor for one in fingerprints) for floor in radio_map.floors}
+    summary = {
+        "fingerprints": len(fingerprints),
+        "reference_points": len(radio_map.scans),
+        "access_points": len(radio_map.bssid),
+        "floors": per_floor,
+    }
+    return encode_radio_map(radio_map), summary

@@ -1,0 +1,88 @@
+"""What happens in a session, as it happens: every Fix, and an alert when the flag enters `fault` and when it leaves."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import suppress
+from dataclasses import dataclass
+
+import orjson
+
+from app.errors import Expired, NotFound
+from app.observations import Flag
+from app.services.tracking import Tracking
+from app.storage.session_rows import FixRow
+
+LOOK_EVERY_S = 1.0
+"""Fixes that another worker made are found after so long."""
+KEEP_ALIVE_S = 15.0
+PAGE = 200
+
+
+@dataclass(frozen=True, slots=True)
+class SessionEvent:
+    """One event. name : fix, alert or end.  sequence : of the Fix.  data : JSON."""
+
+    name: str
+    sequence: int
+    data: bytes
+
+
+async def follow(tracking: Tracking, session: str, after: int | None) -> AsyncIterator[SessionEvent | None]:
+    """Events after a sequence, or from the newest Fix on; None now and then, while nothing happens.
+
+    An alert comes before its Fix: who resumes after the last Fix that arrived has missed no alert. Ends, after an event
+    `end`, when the session is over or erased.
+    """
+    with tracking.announcements.listen(session) as announced:
+        at, in_fault = await _begin(tracking, session, after)
+        silent_s = 0.0
+        while True:
+            announced.clear()
+            try:
+                rows = await tracking.track(session, at, PAGE)
+            except (NotFound, Expired) as over:
+                yield SessionEvent("end", at, orjson.dumps({"session": session, "reason": str(over)}))
+                return
+            for row in rows:
+                at = row.sequence
+                flag = _flag(row)
+                if (flag == Flag.FAULT) != in_fault:
+                    in_fault = not in_fault
+                    yield _alert(session, row, in_fault)
+                yield SessionEvent("fix", row.sequence, row.body)
+            silent_s = 0.0 if rows else silent_s + LOOK_EVERY_S
+            if silent_s >= KEEP_ALIVE_S:
+                silent_s = 0.0
+                yield None
+            if len(rows) < PAGE:
+                with suppress(TimeoutError):
+                    await asyncio.wait_for(announced.wait(), LOOK_EVERY_S)
+
+
+async def _begin(tracking: Tracking, session: str, after: int | None) -> tuple[int, bool]:
+    """The sequence to begin after, and whether the session was in fault there."""
+    newest = (await tracking.live(session)).sequence
+    if after is None:
+        return newest - 1, False
+    after = min(after, newest)
+    before = await tracking.track(session, after - 1, 1)
+    return after, bool(before) and before[0].sequence == after and _flag(before[0]) == Flag.FAULT
+
+
+def _flag(row: FixRow) -> str:
+    return str(orjson.loads(row.body)["integrity"]["flag"])
+
+
+def _alert(session: str, row: FixRow, in_fault: bool) -> SessionEvent:
+    fix = orjson.loads(row.body)
+    alert = {
+        "session": session,
+        "sequence": row.sequence,
+        "t": fix["t"],
+        "alert": "raised" if in_fault else "cleared",
+        "flag": fix["integrity"]["flag"],
+        "excluded": fix["integrity"]["excluded"],
+    }
+    return SessionEvent("alert", row.sequence, orjson.dumps(alert))

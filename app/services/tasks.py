@@ -1,0 +1,103 @@
+"""Work that goes on after its request was answered, and how it stands."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import secrets
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
+from enum import StrEnum
+
+from app.errors import NotFound
+from app.storage.task_rows import TaskRow, TaskRows
+
+HEARTBEAT_S = 20.0
+LOST_MS = 90_000
+"""A task whose worker has been silent for longer has died with it."""
+KEPT_MS = 7 * 86_400_000
+_log = logging.getLogger(__name__)
+
+
+class TaskStatus(StrEnum):
+    """How a task stands."""
+
+    RUNNING = "running"
+    DONE = "done"
+    FAILED = "failed"
+
+
+@dataclass(frozen=True, slots=True)
+class TaskState:
+    """A task. outcome : JSON of what it gave or why it failed; None while it runs, and where it was lost."""
+
+    task: str
+    status: TaskStatus
+    outcome: bytes | None
+
+
+Job = Callable[[], Awaitable[tuple[TaskStatus, bytes]]]
+"""Gives DONE or FAILED, with the outcome."""
+
+
+class Tasks:
+    """Starts tasks in this process; any process can tell how they stand.
+
+    Parameters
+    ----------
+    now_ms : the server's clock.
+
+    Attributes
+    ----------
+    running : the tasks of this process.
+    """
+
+    def __init__(self, rows: TaskRows, now_ms: Callable[[], int]) -> None:
+        self._rows = rows
+        self._now_ms = now_ms
+        self.running: set[asyncio.Task[None]] = set()
+
+    async def start(self, job: Job) -> str:
+        """Let a job run; gives the task's unguessable name. Raises DependencyDown, not having started it."""
+        task, now_ms = secrets.token_urlsafe(16), self._now_ms()
+        row = TaskRow(task, TaskStatus.RUNNING.value, now_ms, now_ms, None)
+        await self._rows.add(row, forget_before_ms=now_ms - KEPT_MS)
+        running = asyncio.create_task(self._run(task, job))
+        self.running.add(running)
+        running.add_done_callback(self._ended)
+        return task
+
+    async def state(self, task: str) -> TaskState:
+        """How a task stands. Raises NotFound for one that never was, or ended a week ago."""
+        row = await self._rows.read(task)
+        if row is None:
+            raise NotFound("there is no such task")
+        status = TaskStatus(row.status)
+        if status is TaskStatus.RUNNING and self._now_ms() - row.alive_ms > LOST_MS:
+            status = TaskStatus.FAILED
+        return TaskState(task, status, row.outcome)
+
+    async def close(self) -> None:
+        """Stop what runs; it is told as failed."""
+        for running in self.running:
+            running.cancel()
+        await asyncio.gather(*self.running, return_exceptions=True)
+
+    async def _run(self, task: str, job: Job) -> None:
+        status, outcome = TaskStatus.FAILED, b""
+        heartbeat = asyncio.create_task(self._beat(task))
+        try:
+            status, outcome = await job()
+        finally:
+            heartbeat.cancel()
+            await self._rows.finish(task, status.value, outcome)
+
+    async def _beat(self, task: str) -> None:
+        while True:
+            await asyncio.sleep(HEARTBEAT_S)
+            await self._rows.keep_alive(task, self._now_ms())
+
+    def _ended(self, running: asyncio.Task[None]) -> None:
+        self.running.discard(running)
+        if not running.cancelled() and (error := running.exception()) is not None:
+            _log.error("a task failed", exc_info=error)

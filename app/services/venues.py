@@ -1,0 +1,181 @@
+"""Venues, their floors and plans."""
+
+from __future__ import annotations
+
+import asyncio
+import re
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import orjson
+
+from app.errors import Conflict, InvalidInput, NotFound
+from app.floorplan.georeference import Georeference
+from app.floorplan.plan import accept_plan
+from app.floorplan.plan_image import png_size
+from app.fusion.interface import Floor
+from app.storage.venue_rows import FloorRow, VenueRow, VenueRows
+
+IDENTIFIER = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
+FAR_DEG = 0.5
+"""A plan whose positions all lie farther from its georeference is of another place, or has its axes swapped."""
+
+
+@dataclass(frozen=True, slots=True)
+class FloorDraft:
+    """A floor as an administrator describes it. plan : GeoJSON as sent, not yet looked at."""
+
+    name: str
+    level: int
+    width_m: float
+    height_m: float
+    georeference: Georeference | None
+    plan: Any
+
+
+@dataclass(frozen=True, slots=True)
+class StoredFloor:
+    """A floor after a change. created : it is new.  warnings : what of its plan was repaired or looks wrong."""
+
+    row: FloorRow
+    created: bool
+    warnings: tuple[str, ...]
+
+
+class Venues:
+    """What administrators may do with venues, and who draws them may read.
+
+    Every method raises NotFound for an unknown venue or floor, and DependencyDown, having changed nothing, where the
+    database cannot be reached.
+    """
+
+    def __init__(self, rows: VenueRows) -> None:
+        self._rows = rows
+
+    async def create(self, venue: str, name: str) -> VenueRow:
+        """A new venue without floors.
+
+        Raises
+        ------
+        InvalidInput : the identifier is not one.
+        Conflict : there is a venue of that identifier.
+        """
+        _refuse_identifier(venue, "venue")
+        if not await self._rows.add(venue, name, time.time_ns() // 1_000_000):
+            raise Conflict(f"there is a venue {venue!r} already")
+        return (await self.read(venue))[0]
+
+    async def listed(self) -> list[VenueRow]:
+        """Every venue, oldest first."""
+        return await self._rows.listed()
+
+    async def read(self, venue: str) -> tuple[VenueRow, list[FloorRow]]:
+        """A venue and its floors from the lowest up."""
+        found = await self._rows.read(venue) if IDENTIFIER.fullmatch(venue) else None
+        if found is None:
+            raise NotFound(f"there is no venue {venue[:64]!r}")
+        return found
+
+    async def floor(self, venue: str, floor: str) -> tuple[FloorRow, bytes | None]:
+        """A floor and its plan."""
+        _, found = await self.read(venue)
+        row = next((one for one in found if one.floor == floor), None)
+        if row is None:
+            raise NotFound(f"venue {venue} has no floor {floor[:64]!r}")
+        return row, await self._rows.read_plan(venue, floor) if row.has_plan else None
+
+    async def put_floor(self, venue: str, floor: str, draft: FloorDraft) -> StoredFloor:
+        """Make a floor, or replace everything of it but its image.
+
+        Raises
+        ------
+        InvalidInput : the identifier is not one, or the plan cannot be drawn; names the field.
+        """
+        _refuse_identifier(floor, "floor")
+        plan, warnings = await asyncio.to_thread(_prepared_plan, draft)
+        place = draft.georeference
+        values = {
+            "name": draft.name,
+            "level": draft.level,
+            "width_m": draft.width_m,
+            "height_m": draft.height_m,
+            "latitude_deg": None if place is None else place.latitude_deg,
+            "longitude_deg": None if place is None else place.longitude_deg,
+            "rotation_rad": None if place is None else place.rotation_rad,
+            "plan": plan,
+        }
+        created = await self._rows.put_floor(venue, floor, values) if IDENTIFIER.fullmatch(venue) else None
+        if created is None:
+            raise NotFound(f"there is no venue {venue[:64]!r}")
+        row, _ = await self.floor(venue, floor)
+        return StoredFloor(row, created, warnings)
+
+    async def put_image(self, venue: str, floor: str, body: bytes) -> None:
+        """Set a floor's raster plan, a PNG.
+
+        Raises
+        ------
+        InvalidInput : not a whole PNG.
+        TooLarge : more pixels than can be shown.
+        """
+        await asyncio.to_thread(png_size, body)
+        if not IDENTIFIER.fullmatch(venue) or not await self._rows.put_image(venue, floor, body):
+            raise NotFound(f"there is no floor {floor[:64]!r} of a venue {venue[:64]!r}")
+
+    async def image(self, venue: str, floor: str) -> bytes:
+        """A floor's raster plan; NotFound also where it has none."""
+        await self.floor(venue, floor)
+        image = await self._rows.read_image(venue, floor)
+        if image is None:
+            raise NotFound(f"floor {floor} has no image")
+        return image
+
+    async def plan(self, venue: str, floor: str) -> bytes:
+        """A floor's plan, GeoJSON; NotFound also where it has none."""
+        _, plan = await self.floor(venue, floor)
+        if plan is None:
+            raise NotFound(f"floor {floor} has no plan")
+        return plan
+
+
+def floor_of(row: FloorRow) -> Floor:
+    """A stored floor as the methods know it."""
+    return Floor(row.floor, row.level, row.width_m, row.height_m, georeference_of(row))
+
+
+def georeference_of(row: FloorRow) -> Georeference | None:
+    """A stored floor's georeference."""
+    if row.latitude_deg is None or row.longitude_deg is None or row.rotation_rad is None:
+        return None
+    return Georeference(row.latitude_deg, row.longitude_deg, row.rotation_rad)
+
+
+def _refuse_identifier(identifier: str, field: str) -> None:
+    if not IDENTIFIER.fullmatch(identifier):
+        raise InvalidInput(
+            "an identifier is 1 to 64 letters, digits, dots, dashes and underscores, the first a letter or digit", field
+        )
+
+
+def _prepared_plan(draft: FloorDraft) -> tuple[bytes | None, tuple[str, ...]]:
+    """The plan as it is stored, and what to tell of it."""
+    if draft.plan is None:
+        return None, ()
+    accepted = accept_plan(draft.plan)
+    warnings = list(accepted.warnings)
+    if draft.georeference is None:
+        warnings.append("without a georeference the plan cannot be placed on the floor (georeference)")
+    elif accepted.bounds is not None and _is_far(draft.georeference, accepted.bounds):
+        warnings.append("the plan lies far away from the georeference; is either in longitude, latitude order? (plan)")
+    try:
+        return orjson.dumps(accepted.plan), tuple(warnings)
+    except orjson.JSONEncodeError as error:
+        raise InvalidInput("the plan is nested too deeply", "plan") from error
+
+
+def _is_far(place: Georeference, bounds: tuple[float, float, float, float]) -> bool:
+    west, south, east, north = bounds
+    outside_longitude = max(west - place.longitude_deg, place.longitude_deg - east)
+    outside_latitude = max(south - place.latitude_deg, place.latitude_deg - north)
+    return max(outside_longitude, outside_latitude) > FAR_DEG

@@ -1,0 +1,96 @@
+"""Webhooks: where those who run a venue want to be told of alerts."""
+
+from __future__ import annotations
+
+import base64
+import secrets
+from collections.abc import Callable
+from dataclasses import dataclass
+from urllib.parse import urlsplit
+
+from app.errors import Conflict, InvalidInput, NotFound
+from app.storage.webhook_rows import WebhookRow, WebhookRows
+
+MOST = 20
+"""Webhooks of a venue."""
+LONGEST_URL = 2000
+SECRET_PREFIX = "whsec_"
+_SECRET_BYTES = 32
+
+
+@dataclass(frozen=True, slots=True)
+class NewWebhook:
+    """A webhook just made. secret : is shown this once."""
+
+    webhook: str
+    url: str
+    secret: str
+    created_ms: int
+
+
+class Webhooks:
+    """What administrators may do with webhooks.
+
+    Each method raises NotFound where there is no such venue, DependencyDown where the database cannot be reached.
+
+    Parameters
+    ----------
+    now_ms : the server's clock.
+    """
+
+    def __init__(self, rows: WebhookRows, now_ms: Callable[[], int]) -> None:
+        self._rows = rows
+        self._now_ms = now_ms
+
+    async def add(self, venue: str, url: str) -> NewWebhook:
+        """Register an address; its secret is new.
+
+        Raises
+        ------
+        InvalidInput : the address is not one that can be posted to.
+        Conflict : the venue has as many as it may have.
+        """
+        refuse_address(url)
+        secret, now_ms = secrets.token_bytes(_SECRET_BYTES), self._now_ms()
+        made = NewWebhook(secrets.token_hex(16), url, shown_secret(secret), now_ms)
+        if not await self._rows.add(await self._venue(venue), made.webhook, url, secret, now_ms, MOST):
+            raise Conflict(f"a venue has {MOST} webhooks at most; remove one first")
+        return made
+
+    async def listed(self, venue: str) -> list[WebhookRow]:
+        """Every webhook of a venue, oldest first, without the secrets."""
+        return await self._rows.listed(await self._venue(venue))
+
+    async def remove(self, venue: str, webhook: str) -> None:
+        """Remove one; what was on its way to it is not sent any more. Raises NotFound where there is none, too."""
+        if not await self._rows.remove(await self._venue(venue), webhook):
+            raise NotFound(f"venue {venue[:64]!r} has no webhook {webhook[:32]!r}")
+
+    async def _venue(self, venue: str) -> int:
+        venue_id = await self._rows.venue(venue)
+        if venue_id is None:
+            raise NotFound(f"there is no venue {venue[:64]!r}")
+        return venue_id
+
+
+def shown_secret(secret: bytes) -> str:
+    """A secret as receivers' libraries take it."""
+    return SECRET_PREFIX + base64.b64encode(secret).decode()
+
+
+def refuse_address(url: str) -> None:
+    """Nothing, if a URL can be posted to.
+
+    Raises
+    ------
+    InvalidInput : it cannot, or it holds a password, which every listing would show.
+    """
+    try:
+        parts = urlsplit(url)
+        usable = parts.scheme in ("http", "https") and bool(parts.hostname) and parts.port != 0
+    except ValueError as error:
+        raise InvalidInput(f"this is not a URL: {error}", "url") from error
+    if not usable or len(url) > LONGEST_URL or not url.isascii() or not url.isprintable() or " " in url:
+        raise InvalidInput(f"a webhook is an http or https URL of at most {LONGEST_URL} ASCII characters", "url")
+    if parts.username is not None or parts.password is not None or parts.fragment:
+        raise InvalidInput("the URL of a webhook has no user, password or fragment", "url")

@@ -1,0 +1,1 @@
+"""Seeded buildings, walkers and phones for the demo, tests and load."""

@@ -1,0 +1,1 @@
+"""SQL tables and repositories, and the stores of session state."""

@@ -1,0 +1,91 @@
+"""The engine behind the repositories: SQLite beside the service, or PostgreSQL by URL."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from typing import Any
+
+from sqlalchemy import event
+from sqlalchemy.engine import URL, make_url
+from sqlalchemy.exc import ArgumentError, DBAPIError, InterfaceError, OperationalError
+from sqlalchemy.exc import TimeoutError as PoolTimeout
+from sqlalchemy.ext.asyncio import AsyncEngine, create_async_engine
+
+from app.errors import DependencyDown, InvalidInput
+
+BUSY_S = 5.0
+"""How long a SQLite writer waits for another before the caller is told to come back."""
+POOL_SIZE = 8
+POSTGRESQL_CONNECT_S = 3
+SQLITE_PRAGMAS = (
+    "journal_mode = WAL",
+    "synchronous = NORMAL",
+    "foreign_keys = ON",
+    f"busy_timeout = {BUSY_S * 1000:.0f}",
+)
+"""What SQLite forgets with every connection. WAL: readers and the writer do not wait for each other."""
+
+
+def database_url(url: str, *, blocking: bool = False) -> URL:
+    """The URL that a setting names, with the driver the service uses.
+
+    Parameters
+    ----------
+    url : `sqlite:///path` or `postgresql://user:password@host/name`.
+    blocking : for code that does not run in an event loop (migrations).
+
+    Raises
+    ------
+    InvalidInput : anything else.
+    """
+    try:
+        parsed = make_url(url)
+    except (ArgumentError, ValueError) as error:
+        raise InvalidInput(f"not a database URL: {error}", "database") from error
+    kind = parsed.get_backend_name()
+    if kind == "sqlite":
+        if not parsed.database or parsed.database == ":memory:":
+            raise InvalidInput("a SQLite database is a file: sqlite:///path", "database")
+        return parsed.set(drivername="sqlite" if blocking else "sqlite+aiosqlite")
+    if kind in ("postgresql", "postgres"):
+        return parsed.set(drivername="postgresql+psycopg")
+    raise InvalidInput("the database is sqlite:///path or postgresql://user:password@host/name", "database")
+
+
+def connect(url: str) -> AsyncEngine:
+    """An engine; connects at first use.
+
+    Raises
+    ------
+    InvalidInput : the URL names no database that is supported.
+    """
+    parsed = database_url(url)
+    if parsed.get_backend_name() == "sqlite":
+        engine = create_async_engine(parsed, connect_args={"timeout": BUSY_S}, pool_size=POOL_SIZE)
+        event.listen(engine.sync_engine, "connect", prepare_sqlite)
+        return engine
+    return create_async_engine(
+        parsed, pool_pre_ping=True, pool_size=POOL_SIZE, connect_args={"connect_timeout": POSTGRESQL_CONNECT_S}
+    )
+
+
+def prepare_sqlite(connection: Any, _record: Any = None) -> None:
+    """Sets SQLITE_PRAGMAS on a new connection."""
+    cursor = connection.cursor()
+    for pragma in SQLITE_PRAGMAS:
+        cursor.execute(f"PRAGMA {pragma}")
+    cursor.close()
+
+
+@asynccontextmanager
+async def reachable() -> AsyncIterator[None]:
+    """Turns what a lost or locked database raises into DependencyDown; the transaction inside has been rolled back."""
+    try:
+        yield
+    except (OperationalError, InterfaceError, PoolTimeout, OSError) as error:
+        raise DependencyDown(f"the database cannot be reached: {type(error).__name__}") from error
+    except DBAPIError as error:
+        if not error.connection_invalidated:
+            raise
+        raise DependencyDown(f"the database cannot be reached: {type(error).__name__}") from error

@@ -1,0 +1,1 @@
+"""What surveyors upload: trace files, CSV and JSON, and where along the walk each reading was heard."""

@@ -1,0 +1,101 @@
+"""Surveys as CSV: floor,x,y,t,bssid,rssi[,frequency][,ssid], one reading a row."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator, Mapping
+from functools import partial
+from typing import IO
+
+from app.errors import InvalidInput
+from app.survey.admission import (
+    FloorExtent,
+    PlaceReadings,
+    SurveyNotes,
+    checked_place,
+    checked_time_ms,
+    known_floor,
+)
+from app.survey.rejection import Rejections
+from app.wifi.fingerprint import Fingerprint
+
+REQUIRED = ("floor", "x", "y", "t", "bssid", "rssi")
+OPTIONAL = ("frequency", "ssid")
+LONGEST_LINE = 100_000
+"""Characters; what is longer is cut, and so rejected, instead of taking memory."""
+
+
+def read_csv(stream: IO[bytes], floors: Mapping[str, FloorExtent], notes: SurveyNotes) -> Iterator[Fingerprint]:
+    """Fingerprints from consecutive rows of equal floor, x, y and t, one after the other as the file is read.
+
+    Rows that cannot be used are rejected by their line, the header being line 1; columns may come in any order.
+
+    Raises
+    ------
+    InvalidInput : the header lacks a column, or has one that is not known.
+    """
+    text = io.TextIOWrapper(stream, encoding="utf-8-sig", errors="replace", newline="")
+    rows = _rows(text, notes.rejections)
+    _, header = next(rows, (0, []))
+    column = _columns(header)
+    place_of = tuple(column[name] for name in ("floor", "x", "y", "t"))
+    bssid_at, rssi_at, ssid_at = column["bssid"], column["rssi"], column.get("ssid")
+    key: tuple[str, ...] | None = None
+    readings: PlaceReadings | None = None
+    for line, row in rows:
+        try:
+            if len(row) != len(header):
+                raise ValueError(f"{len(row)} cells where the header has {len(header)}")
+            place = tuple([row[at] for at in place_of])
+            if place != key:
+                if readings is not None and readings.rssi_by_bssid:
+                    yield readings.fingerprint()
+                key, readings = None, None
+                readings = _place(place, floors)
+                key = place
+            if readings is not None:
+                ssid = "" if ssid_at is None else row[ssid_at]
+                readings.hear(row[bssid_at].strip(), _number("rssi", row[rssi_at]), ssid)
+        except ValueError as error:
+            notes.rejections.add(line, str(error))
+    if readings is not None and readings.rssi_by_bssid:
+        yield readings.fingerprint()
+
+
+def _rows(text: IO[str], rejections: Rejections) -> Iterator[tuple[int, list[str]]]:
+    reader = csv.reader(iter(partial(text.readline, LONGEST_LINE), ""))
+    while True:
+        try:
+            row = next(reader)
+        except StopIteration:
+            return
+        except csv.Error as error:
+            rejections.add(reader.line_num, str(error))
+            continue
+        if row:
+            yield reader.line_num, row
+
+
+def _columns(header: list[str]) -> dict[str, int]:
+    names = [name.strip().lower() for name in header]
+    for name in REQUIRED:
+        if name not in names:
+            raise InvalidInput(f"the header has no column {name!r}; it must be {','.join(REQUIRED)}[,frequency]", name)
+    for name in names:
+        if name not in REQUIRED + OPTIONAL or names.count(name) > 1:
+            raise InvalidInput(f"column {name[:64]!r} of the header is not known, or there twice", name[:64])
+    return {name: at for at, name in enumerate(names)}
+
+
+def _place(place: tuple[str, ...], floors: Mapping[str, FloorExtent]) -> PlaceReadings:
+    extent = known_floor(floors, place[0].strip())
+    x_m, y_m = checked_place(_number("x", place[1]), _number("y", place[2]), extent)
+    return PlaceReadings(extent, x_m, y_m, checked_time_ms(_number("t", place[3])) / 1000.0)
+
+
+def _number(name: str, cell: str) -> float:
+    try:
+        return float(cell)
+    except ValueError:
+        raise ValueError(f"{name} {cell[:40]!r} is not a number") from None

@@ -1,0 +1,1 @@
+"""WiFi scans to positions: radio maps and the matchers over them."""

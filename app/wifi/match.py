@@ -1,0 +1,108 @@
+"""What every matcher answers: the place of one scan, how sure, and from which reference points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+
+from app.estimation.arrays import FloatArray, IntArray
+from app.wifi.match_index import MatchIndex
+from app.wifi.radio_map import Int32Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Match:
+    """Place of one scan.
+
+    floor : index into the map's floors.  floor_probability : (f,) from the neighbours on all floors, sums to 1.
+    xy_m : (2,) weighted mean of the neighbours on that floor.  covariance_m2 : (2, 2) their weighted scatter about it;
+    0 of one neighbour, so whoever fuses it adds what a lone neighbour leaves open.
+    points : (k,) neighbours, best first.  distance : (k,) of each, in the matcher's unit.  weight : (k,) sums to 1.
+    known : access points of the scan that the map knows.
+    """
+
+    floor: int
+    floor_probability: FloatArray
+    xy_m: FloatArray
+    covariance_m2: FloatArray
+    points: IntArray
+    distance: FloatArray
+    weight: FloatArray
+    known: int
+
+    @property
+    def signal_distance(self) -> float:
+        """To the best neighbour: large where the scan is unlike anything surveyed."""
+        return float(self.distance[0])
+
+
+def matched(
+    index: MatchIndex,
+    points: IntArray,
+    distance: FloatArray,
+    weight: FloatArray,
+    floor_probability: FloatArray,
+    known: int,
+    movement_m2: FloatArray | None = None,
+) -> Match:
+    """A Match of neighbours on one floor. weight : (k,) not all 0, of any sum.  movement_m2 : (2, 2) added to the
+    scatter."""
+    weight = weight / weight.sum()
+    xy_m = index.xy_m[points]
+    centre_m = weight @ xy_m
+    apart_m = xy_m - centre_m
+    scatter_m2 = (weight[:, np.newaxis] * apart_m).T @ apart_m
+    return Match(
+        floor=int(index.floor[points[0]]),
+        floor_probability=floor_probability,
+        xy_m=centre_m,
+        covariance_m2=scatter_m2 if movement_m2 is None else scatter_m2 + movement_m2,
+        points=points,
+        distance=distance,
+        weight=weight,
+        known=known,
+    )
+
+
+def floor_votes(index: MatchIndex, points: IntArray, weight: FloatArray) -> FloatArray:
+    """(f,) share of the weight of neighbours that each floor has."""
+    votes = np.bincount(index.floor[points], weight, minlength=len(index.floors))
+    return np.asarray(votes / votes.sum(), np.float64)
+
+
+def known_access_points(index: MatchIndex, bssid: IntArray) -> int:
+    """How many of a scan's access points the map knows."""
+    if not len(index.bssid):
+        return 0
+    at = np.minimum(np.searchsorted(index.bssid, bssid), len(index.bssid) - 1)
+    return int(np.count_nonzero(index.bssid[at] == bssid))
+
+
+@numba.njit(cache=True, nogil=True)
+def nearest(distance: FloatArray, floor: Int32Array, wanted: int, count: int) -> IntArray:
+    """Where the smallest distances are.
+
+    Parameters
+    ----------
+    distance, floor : (n,).  wanted : only of this floor, -1 for any.
+
+    Returns
+    -------
+    (k,) positions, k at most count, smallest first, ties in order. Distances that are not finite are never taken.
+    """
+    best = np.empty(count, np.int64)
+    found = 0
+    for p in range(len(distance)):
+        if (wanted >= 0 and floor[p] != wanted) or not np.isfinite(distance[p]):
+            continue
+        if found == count and distance[p] >= distance[best[found - 1]]:
+            continue
+        at = found if found < count else count - 1
+        while at > 0 and distance[p] < distance[best[at - 1]]:
+            best[at] = best[at - 1]
+            at -= 1
+        best[at] = p
+        found = min(found + 1, count)
+    return best[:found].copy()

@@ -1,0 +1,84 @@
+"""Soft nearest neighbours over a smoothed radio map: every reference point counts, the more the liker the scan is.
+
+A reference point was made of one or two scans and shares their luck. Smoothing takes the mean of what is surveyed
+within a few metres, weighted by nearness, so that a point stands for its surroundings; and the softmax of the
+distances, unlike a fixed number of neighbours, lets a scan that many places resemble spread over all of them: the
+scatter is then what the scan leaves open. docs/decisions/0005-soft-matching.md has the measurements.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from app.estimation.arrays import FloatArray, IntArray
+from app.wifi.match import Match, floor_votes, known_access_points, matched, nearest
+from app.wifi.match_index import index_of
+from app.wifi.radio_map import RadioMap
+from app.wifi.representation import Representation
+from app.wifi.signal_distance import Distance, distances
+
+SQUARED = Representation(exponent=2.0)
+
+
+@dataclass(frozen=True, slots=True)
+class SoftSettings:
+    """Measured on folds 1-4 of the mall walks.
+
+    smooth_m : standard deviation of the weight that surveyed places around a point have in it.
+    softness : cosine distance by which a point's weight falls to 1/e.
+    voters : points that vote for the floor.
+    neighbours : points that count, the best first; the others' weight is next to nothing.
+    """
+
+    representation: Representation = SQUARED
+    smooth_m: float = 3.0
+    softness: float = 0.006
+    voters: int = 5
+    neighbours: int = 200
+
+
+def soft_match(
+    radio_map: RadioMap,
+    bssid: IntArray,
+    rssi_dbm: FloatArray,
+    settings: SoftSettings = SoftSettings(),
+    floor: int | None = None,
+    points: IntArray | None = None,
+) -> Match | None:
+    """Match one scan.
+
+    Missing access points: see app/wifi/signal_distance.py.
+
+    Parameters
+    ----------
+    bssid, rssi_dbm : (n,) the scan, each access point once.
+    floor : index of the floor to place it on; by default the one that the nearest points vote for.
+    points : (m,) the only reference points to look at.
+
+    Returns
+    -------
+    None where the map knows no access point of the scan, or no candidate shares one.
+    """
+    index = index_of(radio_map, settings.representation, settings.smooth_m)
+    known = known_access_points(index, bssid)
+    if known == 0:
+        return None
+    distance = distances(index, bssid, rssi_dbm, Distance.COSINE, points)
+    distance[distance >= 1.0] = np.inf  # shares nothing
+    floors = index.floor if points is None else index.floor[points]
+    around = nearest(distance, floors, -1, settings.voters)
+    if len(around) == 0:
+        return None
+    votes = floor_votes(index, around if points is None else points[around], 1.0 / np.maximum(distance[around], 1e-6))
+    wanted = int(votes.argmax()) if floor is None else floor
+    chosen = np.flatnonzero((floors == wanted) & np.isfinite(distance))
+    if len(chosen) == 0:
+        return None
+    if len(chosen) > settings.neighbours:
+        chosen = chosen[np.argpartition(distance[chosen], settings.neighbours)[: settings.neighbours]]
+    chosen = chosen[np.argsort(distance[chosen], kind="stable")]
+    weight = np.exp((distance[chosen[0]] - distance[chosen]) / settings.softness)
+    neighbours = chosen if points is None else points[chosen]
+    return matched(index, neighbours, distance[chosen], weight, votes, known)

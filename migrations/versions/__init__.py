@@ -1,0 +1,1 @@
+"""One file a revision, in order of the number that its name begins with."""

@@ -1,0 +1,72 @@
+from __future__ import annotations
+
+import gzip
+
+import pytest
+import zstandard
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.api.decoding import Packing, decompress, packing_of
+from app.errors import InvalidInput, TooLarge, UnsupportedMedia
+
+LIMIT = 1000
+
+
+@given(st.binary(max_size=LIMIT))
+def test_what_was_compressed_comes_back(plain: bytes) -> None:
+    assert decompress(plain, "", LIMIT) == plain
+    assert decompress(gzip.compress(plain), "gzip", LIMIT) == plain
+    assert decompress(zstandard.compress(plain), "zstd", LIMIT) == plain
+    half = len(plain) // 2
+    assert decompress(gzip.compress(plain[:half]) + gzip.compress(plain[half:]), "gzip", LIMIT) == plain
+    assert decompress(zstandard.compress(plain[:half]) + zstandard.compress(plain[half:]), "zstd", LIMIT) == plain
+
+
+@pytest.mark.parametrize("encoding", ["gzip", "zstd"])
+def test_a_bomb_is_refused(encoding: str) -> None:
+    plain = b"\0" * 50_000_000
+    sent = gzip.compress(plain) if encoding == "gzip" else zstandard.compress(plain)
+    with pytest.raises(TooLarge):
+        decompress(sent, encoding, 1_000_000)
+
+
+def test_a_zstd_frame_that_asks_for_a_huge_window_is_refused() -> None:
+    settings = zstandard.ZstdCompressionParameters(window_log=27, enable_ldm=True)
+    compressor = zstandard.ZstdCompressor(compression_params=settings).compressobj()
+    with pytest.raises(InvalidInput):
+        decompress(compressor.compress(b"x" * 100) + compressor.flush(), "zstd", LIMIT)
+
+
+@given(st.binary(min_size=1, max_size=100), st.sampled_from(["gzip", "zstd"]))
+def test_damaged_data_are_refused_or_read_but_nothing_else(sent: bytes, encoding: str) -> None:
+    try:
+        decompress(sent, encoding, LIMIT)
+    except InvalidInput as refusal:
+        assert encoding in str(refusal)
+
+
+@pytest.mark.parametrize("encoding", ["br", "deflate", "gzip, zstd", "x"])
+def test_other_encodings_are_refused(encoding: str) -> None:
+    with pytest.raises(UnsupportedMedia):
+        decompress(b"", encoding, LIMIT)
+
+
+@pytest.mark.parametrize(
+    ("content_type", "packing"),
+    [
+        (None, Packing.JSON),
+        ("application/json", Packing.JSON),
+        ("Application/JSON; charset=utf-8", Packing.JSON),
+        ("application/msgpack", Packing.MSGPACK),
+        ("application/x-msgpack", Packing.MSGPACK),
+    ],
+)
+def test_the_layout_is_told_from_the_content_type(content_type: str | None, packing: Packing) -> None:
+    assert packing_of(content_type) is packing
+
+
+@pytest.mark.parametrize("content_type", ["text/plain", "application/x-www-form-urlencoded", "x"])
+def test_other_media_types_are_refused(content_type: str) -> None:
+    with pytest.raises(UnsupportedMedia):
+        packing_of(content_type)

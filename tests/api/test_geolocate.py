@@ -1,0 +1,103 @@
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from fastapi import FastAPI
+from fastapi.testclient import TestClient
+
+from app.api.geolocate import geolocate_router, parse_scan
+from app.floorplan.georeference import Georeference
+from app.fusion.interface import Floor, Site
+from app.observations import Position, WifiScan
+from app.services.geolocation import Geolocation, Located
+from app.services.site_cache import SiteCache, SiteRevision
+
+FIRST = [0x0200000000A0 + i for i in range(6)]
+SECOND = [0x0200000000A4 + i for i in range(6)]
+ELSEWHERE = [0x0200000000F0 + i for i in range(6)]
+
+
+class Map:
+    """What a radio map is here: the access points of a floor."""
+
+    def __init__(self, floor: str, bssid: list[int]) -> None:
+        self.floor, self.bssid = floor, np.array(bssid)
+
+
+def site(longitude_deg: float, bssid: list[int], georeferenced: bool = True) -> Site:
+    georeference = Georeference(30.0, longitude_deg, 0.0) if georeferenced else None
+    return Site({"F1": Floor("F1", 0, 50.0, 50.0, georeference)}, Map("F1", bssid))  # type: ignore[arg-type]
+
+
+SITES = {
+    "first": site(10.0, FIRST),
+    "second": site(20.0, SECOND),
+    "unplaced": site(0.0, ELSEWHERE, georeferenced=False),
+    "empty": Site(),
+}
+
+
+def located(radio_map: Any, scan: WifiScan) -> Located:
+    return Located(Position(0.0, float(scan.bssid.size), radio_map.floor), 3.5)
+
+
+@pytest.fixture
+def client() -> TestClient:
+    async def load(venue: str) -> SiteRevision:
+        return SiteRevision(1, SITES[venue])
+
+    async def venues() -> list[tuple[str, int]]:
+        return [(venue, 1) for venue in SITES]
+
+    service = Geolocation(venues, SiteCache(load), lambda radio_map: radio_map.bssid, located)
+    app = FastAPI()
+    app.include_router(geolocate_router(lambda: service, lambda: None))
+    return TestClient(app, raise_server_exceptions=False)
+
+
+def heard(bssids: list[int]) -> dict[str, Any]:
+    points = [{"macAddress": f"{bssid:012x}", "signalStrength": -50, "age": 100, "channel": 11} for bssid in bssids]
+    return {"considerIp": False, "wifiAccessPoints": points, "cellTowers": [{"cellId": 1}]}
+
+
+@pytest.mark.parametrize(("bssids", "longitude"), [(FIRST, 10.0), (SECOND, 20.0), (FIRST[-3:] + SECOND[3:], 20.0)])
+def test_the_venue_that_knows_most_of_the_scan_answers(client: TestClient, bssids: list[int], longitude: float) -> None:
+    answer = client.post("/v1/geolocate", json=heard(bssids))
+    assert answer.status_code == 200
+    assert answer.json()["accuracy"] == 3.5
+    assert answer.json()["location"]["lng"] == pytest.approx(longitude)
+    assert answer.json()["location"]["lat"] == pytest.approx(30 + len(set(bssids)) / 111319.49)
+
+
+@pytest.mark.parametrize("bssids", [[], FIRST[:1], FIRST[:1] * 3, [1, 2, 3], ELSEWHERE, [FIRST[0], ELSEWHERE[0]]])
+def test_a_scan_that_no_georeferenced_venue_knows_is_not_found(client: TestClient, bssids: list[int]) -> None:
+    answer = client.post("/v1/geolocate", json=heard(bssids))
+    assert answer.status_code == 404
+    error = answer.json()["error"]
+    assert error["code"] == 404 and error["errors"][0]["reason"] == "notFound"
+    assert error["errors"][0]["domain"] == "geolocation"
+
+
+def test_an_empty_body_is_not_found(client: TestClient) -> None:
+    assert client.post("/v1/geolocate").status_code == client.post("/v1/geolocate", json={}).status_code == 404
+
+
+@pytest.mark.parametrize(
+    "sent", [b"{", b"[]", b"null", b'{"wifiAccessPoints":1}', b'{"wifiAccessPoints":[{"signalStrength":"a"}]}', b"\xff"]
+)
+def test_a_body_that_cannot_be_read_is_a_parse_error(client: TestClient, sent: bytes) -> None:
+    answer = client.post("/v1/geolocate", content=sent)
+    assert answer.status_code == 400
+    assert answer.json()["error"]["errors"][0]["reason"] == "parseError"
+
+
+def test_ages_count_and_unusable_access_points_are_left_out() -> None:
+    scan = parse_scan(
+        b'{"wifiAccessPoints":[{"macAddress":"01-02-03-04-05-06","signalStrength":-60,"age":2500},'
+        b'{"macAddress":"junk","signalStrength":-60},{"macAddress":"010203040507"},{"signalStrength":-60},'
+        b'{"macAddress":"010203040508","signalStrength":99}]}'
+    )
+    assert scan.bssid.tolist() == [0x010203040506]
+    assert scan.time_s - scan.seen_s[0] == pytest.approx(2.5, abs=1e-3)

@@ -1,0 +1,125 @@
+from __future__ import annotations
+
+import base64
+import hashlib
+import re
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from fastapi.testclient import TestClient
+from httpx import Response
+
+from app.survey.admission import GROUPS
+from app.wifi.bssid import format_bssid
+from tests.api.whole_service import whole_service
+from tests.services.test_quality_report import survey
+
+MAP = "/v1/venues/mall/radio-maps/1"
+PATIENCE_S = 120.0
+WATCHED = format_bssid(2)
+STRANGE = "<script>alert(1)</script>"
+
+
+@pytest.fixture(scope="module")
+def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
+    """The service, with a venue that was surveyed by several walks; its report is not made yet."""
+    with whole_service(tmp_path_factory.mktemp("quality")) as made:
+        made.post("/v1/venues", json={"venue": "mall"})
+        made.put("/v1/venues/mall/floors/F1", json={"level": 0, "width": 60.0, "height": 20.0})
+        for walk in range(3):
+            here = [one for one in survey(("F1",)) if one.walk == f"F1 {walk}"]
+            fingerprints = [
+                {
+                    "x": one.x_m,
+                    "y": one.y_m,
+                    "t": 1_700_000_000_000 + 1000 * at,
+                    "readings": [
+                        {"bssid": format_bssid(bssid), "rssi": rssi_dbm}
+                        for bssid, rssi_dbm in zip(one.bssid.tolist(), one.rssi_dbm.tolist(), strict=True)
+                    ],
+                }
+                for at, one in enumerate(here)
+            ]
+            sent = {"floor": "F1", "fingerprints": fingerprints}
+            answer = made.post("/v1/venues/mall/surveys", params={"publish": walk == 2}, json=sent)
+            assert answer.status_code == 201, answer.text
+        yield made
+
+
+@pytest.fixture(scope="module")
+def made(client: TestClient) -> dict[str, Any]:
+    """The report, once it is made; what was answered on the way is told as `started` and `waiting`."""
+    waiting, started = client.get(f"{MAP}/quality.html"), client.get(f"{MAP}/quality")
+    return {**finished(client).json(), "waiting": waiting, "started": started}
+
+
+def finished(client: TestClient) -> Response:
+    deadline = time.monotonic() + PATIENCE_S
+    while time.monotonic() < deadline:
+        answer: Response = client.get(f"{MAP}/quality")
+        if answer.status_code == 200:
+            return answer
+        assert answer.status_code == 202, answer.text
+    pytest.fail("the report was never made")
+
+
+def test_until_the_report_is_made_its_one_task_is_told(client: TestClient, made: dict[str, Any]) -> None:
+    started, waiting = made["started"], made["waiting"]
+    assert (started.status_code, waiting.status_code) == (202, 202)
+    assert started.headers["location"] == waiting.headers["location"] == started.json()["task"]
+    assert int(started.headers["retry-after"]) > 0
+    assert '<meta http-equiv="refresh"' in waiting.text and waiting.headers["content-type"].startswith("text/html")
+    task = client.get(started.json()["task"]).json()
+    assert (task["status"], task["problem"]) == ("done", None)
+
+
+def test_the_report_says_how_good_the_map_is(made: dict[str, Any]) -> None:
+    assert (made["version"], made["fingerprints"]) == (1, 63)
+    assert 3 < made["walks"] <= 3 * GROUPS  # points are left out in groups of each survey
+    assert made["error"]["mean"] > 0.0
+    assert made["floors"][0]["cells"] and made["floors"][0]["coverage"]["gaps"]
+    assert made["drift"] == {"score": 0.0, "resurvey": []}
+    assert "strongest" not in made
+
+
+def test_the_picture_is_a_png(client: TestClient, made: dict[str, Any]) -> None:
+    picture = client.get(f"{MAP}/quality.png")
+    assert picture.headers["content-type"] == "image/png" and picture.content.startswith(b"\x89PNG")
+
+
+def test_the_page_is_one_file_that_shows_the_picture_and_loads_nothing(
+    client: TestClient, made: dict[str, Any]
+) -> None:
+    page = client.get(f"{MAP}/quality.html")
+    assert page.status_code == 200
+    (picture,) = re.findall(r'<img src="data:image/png;base64,([^"]+)"', page.text)
+    assert base64.b64decode(picture) == client.get(f"{MAP}/quality.png").content
+    assert not re.search(r"<script|<link|https?://|\sstyle=|\son\w+=", page.text)
+    policy = page.headers["content-security-policy"]
+    (style,) = re.findall(r"<style>(.*?)</style>", page.text, re.DOTALL)
+    assert "default-src 'none'" in policy and "unsafe" not in policy
+    assert base64.b64encode(hashlib.sha256(style.encode()).digest()).decode() in policy
+
+
+def test_what_use_has_shown_since_is_in_the_report_and_text_stays_text(
+    client: TestClient, made: dict[str, Any]
+) -> None:
+    client.post(f"{MAP}/watch-list", json={"bssid": WATCHED, "reason": STRANGE})
+    client.post(f"{MAP}/watch-list", json={"bssid": "ff:ff:ff:ff:ff:fe"})  # not of this map
+    drift = finished(client).json()["drift"]
+    assert drift["score"] == pytest.approx(1.0 / made["access_points"]["known"])
+    (again,) = drift["resurvey"]
+    assert (again["bssid"], again["reason"], again["floor"]) == (WATCHED, STRANGE, "F1")
+    assert abs(again["x"] - 16.0) <= 4.0  # where it stands
+    page = client.get(f"{MAP}/quality.html").text
+    assert WATCHED in page and STRANGE not in page and "&lt;script&gt;" in page
+    client.delete(f"{MAP}/watch-list/{WATCHED}")
+    assert finished(client).json()["drift"]["resurvey"] == []
+
+
+def test_a_version_that_does_not_exist_has_no_report(client: TestClient) -> None:
+    for path in ("/v1/venues/mall/radio-maps/9", "/v1/venues/none/radio-maps/1"):
+        for name in ("quality", "quality.png", "quality.html"):
+            assert client.get(f"{path}/{name}").status_code == 404

@@ -1,0 +1,56 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from app.api.batch_body import parse_batch
+from app.api.decoding import Packing
+from app.commands.load import app
+from app.simulation.load_walks import made_up_walk, recorded_walks, with_sequence
+from tests.faults.phone_server import PhoneServer
+from tests.open_data import open_data
+
+
+def test_made_up_batches_are_what_a_phone_sends_each_second_and_the_same_for_the_same_seed() -> None:
+    walk = made_up_walk(7, 5)
+    batches = [parse_batch(with_sequence(n, rest), Packing.JSON) for n, rest in enumerate(walk)]
+    assert [batch.accelerometer.time_s.size for batch in batches] == [100] * 5
+    assert [len(batch.wifi) for batch in batches] == [1, 0, 1, 0, 1]
+    assert batches[0].wifi[0].bssid.size == 40
+    assert made_up_walk(7, 5) == walk
+    assert made_up_walk(8, 5) != walk
+
+
+def test_recorded_walks_become_batches_in_order() -> None:
+    walk, other = recorded_walks(open_data("mall", "F1"), 2)
+    batches = [parse_batch(with_sequence(n, rest), Packing.JSON) for n, rest in enumerate(walk)]
+    ends = [batch.end_s for batch in batches if batch.end_s is not None]
+    assert ends == sorted(ends)
+    assert any(batch.wifi for batch in batches)
+    assert other != walk
+
+
+def test_a_load_test_prints_throughput_latencies_and_errors(tmp_path: Path) -> None:
+    with PhoneServer(f"sqlite:///{tmp_path / 'phones.db'}") as server:
+        arguments = ["--url", str(server.client.base_url), "--key", "key", "--method", "odometer", "--phones", "3"]
+        arguments += ["--seconds", "1", "--rate", "0", "--json"]
+        done = CliRunner().invoke(app, [*arguments, "--venue", "mall"])
+        assert done.exit_code == 0, done.output
+        outcome = json.loads(done.stdout)
+        assert outcome["errors"] == {} and outcome["phones"] == 3
+        assert outcome["batches"] > 10 and outcome["batches_per_second"] > 10
+        latency = outcome["latency_ms"]
+        assert 0 < latency["p50"] <= latency["p90"] <= latency["p99"] <= latency["max"]
+        refused = CliRunner().invoke(app, [*arguments, "--venue", "other"])
+        assert refused.exit_code == 1
+        assert json.loads(refused.stdout)["errors"] == {"POST 404": 3}
+
+
+@pytest.mark.parametrize("folder", ["missing", "empty"])
+def test_a_folder_without_traces_is_an_error(tmp_path: Path, folder: str) -> None:
+    (tmp_path / "empty").mkdir()
+    done = CliRunner().invoke(app, ["--venue", "mall", "--trace-dir", str(tmp_path / folder)])
+    assert done.exit_code != 0 and folder in str(done.exception)

@@ -1,0 +1,74 @@
+"""When a rival account of the walk begins to count, wins, and is forgotten."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.fusion.hypotheses import HypothesisSettings, Rivalry, exchanged, first_is_back, judged, rival_wins
+from app.fusion.walking_track import TrackSettings, begun
+
+SETTINGS = HypothesisSettings()
+TRACK = begun(np.zeros(2), np.eye(2), 1.0, 0.0, TrackSettings())
+FAR = begun(np.array([50.0, 0.0]), np.eye(2), 1.0, 0.0, TrackSettings())
+
+
+def after(*scans: tuple[bool, bool], walked_m: float = 0.0) -> Rivalry:
+    """The record after scans, each of which fits the first track, the rival, both or neither."""
+    rivalry = Rivalry(FAR, walked_m=walked_m)
+    for first, rival in scans:
+        rivalry = judged(rivalry, first, rival, SETTINGS)
+    return rivalry
+
+
+def test_the_first_contradiction_warns_nobody_and_the_second_does() -> None:
+    assert not after().fault
+    assert after((False, True)).fault
+    assert after((False, False)).fault
+
+
+def test_a_scan_that_fits_ends_an_outlier_at_once_and_a_fault_only_with_a_second() -> None:
+    assert first_is_back(after((True, False)), SETTINGS)
+    assert not first_is_back(after((False, True), (True, False)), SETTINGS)
+    assert first_is_back(after((False, True), (True, False), (True, False)), SETTINGS)
+
+
+def test_the_rival_wins_by_five_scans_on_ten_metres_and_by_neither_alone() -> None:
+    scans = [(False, True)] * (SETTINGS.moved_after - 1)
+    assert rival_wins(after(*scans, walked_m=SETTINGS.moved_m), SETTINGS)
+    assert not rival_wins(after(*scans[1:], walked_m=100.0), SETTINGS)
+    assert not rival_wins(after(*scans, walked_m=SETTINGS.moved_m - 0.1), SETTINGS)
+
+
+def test_scans_that_fit_both_accounts_do_not_help_the_rival() -> None:
+    assert after(*[(True, True)] * 10).for_rival == 1
+
+
+def test_after_a_takeover_the_phone_stays_warned_until_a_longer_way_bears_it_out() -> None:
+    won = after(*[(False, True)] * 5, walked_m=15.0)
+    taken = exchanged(won, TRACK)
+    assert taken.fault and taken.rival is TRACK and taken.taken_over
+    for _ in range(SETTINGS.settled_after):
+        assert not first_is_back(taken, SETTINGS)
+        taken = judged(taken, True, False, SETTINGS)
+    assert not first_is_back(taken, SETTINGS)
+    walked = Rivalry(TRACK, 0, True, taken.for_first, 0, SETTINGS.settled_m, True)
+    assert first_is_back(walked, SETTINGS)
+
+
+def test_a_takeover_by_mistake_is_undone_by_two_scans() -> None:
+    taken = exchanged(after(*[(False, True)] * 5, walked_m=15.0), TRACK)
+    taken = judged(judged(taken, False, True, SETTINGS), False, True, SETTINGS)
+    assert rival_wins(taken, SETTINGS)
+    assert not exchanged(taken, FAR).taken_over
+
+
+@given(scans=st.lists(st.tuples(st.booleans(), st.booleans()), max_size=30))
+def test_a_warning_is_never_taken_back_by_the_record_alone(scans: list[tuple[bool, bool]]) -> None:
+    warned = False
+    rivalry = Rivalry(FAR)
+    for first, rival in scans:
+        rivalry = judged(rivalry, first, rival, SETTINGS)
+        assert rivalry.fault or not warned
+        warned = rivalry.fault

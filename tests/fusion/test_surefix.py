@@ -1,0 +1,89 @@
+"""What the default promises beyond what every method owes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from app.fusion.interface import Site
+from app.fusion.surefix import SUREFIX
+from app.observations import Batch, Fix, Flag, WifiScan
+from tests.fusion.walks import errors_m, run, site, walked
+
+HOME = walked(5)
+ELSEWHERE = walked(7)
+
+
+def relayed() -> tuple[list[Batch], int]:
+    """A walk whose scans, from its middle on, are those that somebody else heard far away; and the batch it begins."""
+    begin = len(HOME.batches) // 2
+    here = HOME.truth(HOME.batches[begin].end_s or 0.0)
+    scans = [scan for batch in ELSEWHERE.batches for scan in batch.wifi]
+    far = [scan for scan in scans if math.dist(ELSEWHERE.truth(scan.time_s), here) > 25.0]
+    assert len(far) > 10
+    batches, at = list(HOME.batches[:begin]), 0
+    for batch in HOME.batches[begin:]:
+        false = []
+        for scan in batch.wifi:
+            heard = far[at % len(far)]
+            false.append(WifiScan(scan.time_s, heard.bssid, heard.rssi_dbm, np.full(len(heard.bssid), scan.time_s)))
+            at += 1
+        batches.append(replace(batch, wifi=tuple(false)))
+    return batches, begin
+
+
+def flags(fixes: list[Fix]) -> list[Flag]:
+    return [fix.integrity.flag for fix in fixes]
+
+
+def test_relayed_scans_raise_an_alarm_within_six_seconds_and_no_answer_is_usable_meanwhile() -> None:
+    batches, begin = relayed()
+    fixes = run(SUREFIX, batches)
+    first = next(n for n in range(begin, len(batches)) if batches[n].wifi)
+    assert Flag.FAULT in flags(fixes[first : first + 7])
+    alarm = flags(fixes).index(Flag.FAULT)
+    assert not any(fix.integrity.usable for fix in fixes[alarm : alarm + 15])
+
+
+def test_while_two_places_are_possible_the_protection_level_reaches_both() -> None:
+    batches, _ = relayed()
+    fixes = run(SUREFIX, batches)
+    in_fault = [fix for fix in fixes if fix.integrity.flag is Flag.FAULT]
+    assert all((fix.integrity.protection_level_m or 0.0) > 15.0 for fix in in_fault)
+
+
+def test_a_clean_walk_raises_no_alarm_and_is_mostly_nominal() -> None:
+    for seed in (5, 6, 7):
+        found = flags(run(SUREFIX, list(walked(seed).batches)))
+        assert Flag.FAULT not in found
+        assert found.count(Flag.NOMINAL) > 0.8 * (len(found) - found.count(Flag.INITIALISING))
+
+
+def test_access_points_on_the_watch_list_are_as_if_they_were_not_there() -> None:
+    known = site()
+    assert known.radio_map is not None
+    loud = {int(bssid) for batch in HOME.batches for scan in batch.wifi for bssid in scan.bssid[:5]}
+    silent = [replace(batch, wifi=tuple(_without(scan, loud) for scan in batch.wifi)) for batch in HOME.batches]
+    watched = Site(known.floors, known.radio_map, frozenset(loud))
+    left_out = run(SUREFIX, list(HOME.batches), watched)
+    assert [fix.position for fix in left_out] == [fix.position for fix in run(SUREFIX, silent)]
+
+
+def test_a_map_of_another_building_gives_no_position() -> None:
+    strange = [replace(batch, wifi=tuple(_moved_away(scan) for scan in batch.wifi)) for batch in HOME.batches]
+    assert all(fix.position is None for fix in run(SUREFIX, strange))
+
+
+def test_the_walk_is_followed_within_a_few_metres() -> None:
+    assert float(np.mean(errors_m(HOME, run(SUREFIX, list(HOME.batches))))) < 3.0
+
+
+def _without(scan: WifiScan, bssids: set[int]) -> WifiScan:
+    kept = np.array([int(one) not in bssids for one in scan.bssid], dtype=np.bool_)
+    return WifiScan(scan.time_s, scan.bssid[kept], scan.rssi_dbm[kept], scan.seen_s[kept])
+
+
+def _moved_away(scan: WifiScan) -> WifiScan:
+    return WifiScan(scan.time_s, scan.bssid + (1 << 40), scan.rssi_dbm, scan.seen_s)

@@ -1,0 +1,151 @@
+"""Attitude against optical truth (BROAD), against Madgwick's filter on the same trials, and on synthetic phones."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from ahrs.filters import Madgwick
+from scipy.io import loadmat
+from scipy.spatial.transform import Rotation
+
+from app.estimation.arrays import FloatArray
+from app.observations import AxisSamples
+from app.pdr import attitude
+from app.pdr.attitude_state import AttitudeState
+from app.pdr.compass import DELTA
+from app.pdr.quaternion import multiply
+from tests.open_data import open_data
+from tests.pdr.phones import START_S, Phone, run, sensed, walked
+
+TRIALS = ["02_undisturbed_slow_rotation_B", "10_undisturbed_slow_translation_A", "32_disturbed_attached_magnet_1cm"]
+MADGWICK_GAIN = 0.12
+HEADING_LIMIT_DEG = {TRIALS[0]: 1.5, TRIALS[1]: 2.1, TRIALS[2]: 9.0}
+
+
+def own_attitudes(time_s: FloatArray, force: FloatArray, rate: FloatArray, field: FloatArray) -> Rotation:
+    """The filter's attitude after each sample; all sensors sampled together."""
+    arrays, answer = AttitudeState().arrays(), np.empty((len(time_s), 8))
+    quaternions, offsets = np.empty((len(time_s), 4)), np.empty(len(time_s))
+    none, nothing = np.empty(0), np.empty((0, 3))
+    for i in range(len(time_s)):
+        now = slice(i, i + 1)
+        attitude.track(
+            arrays, time_s[now], force[now], time_s[now], rate[now], time_s[now], field[now], none, nothing, answer[now]
+        )
+        multiply(arrays[3], arrays[2], quaternions[i])
+        offsets[i] = arrays[10][DELTA]
+    level = Rotation.from_quat(np.roll(quaternions, -1, axis=1))
+    return Rotation.from_rotvec(np.outer(-offsets, [0.0, 0.0, 1.0])) * level
+
+
+def heading_rmse_deg(estimate: Rotation, truth: FloatArray, moving: FloatArray) -> float:
+    """BROAD's heading error, the rotation about the vertical in estimate * truth^-1, over the moving phase.
+
+    Both are relative to magnetic north and up; nothing is aligned.
+    """
+    use = (moving > 0) & np.isfinite(truth).all(axis=1)
+    error = (estimate[use] * Rotation.from_quat(np.roll(truth[use], -1, axis=1)).inv()).as_quat()
+    angle = np.remainder(2.0 * np.arctan2(error[:, 2], error[:, 3]) + np.pi, 2.0 * np.pi) - np.pi
+    return float(np.degrees(np.sqrt(np.mean(angle**2))))
+
+
+@pytest.mark.parametrize("trial", TRIALS)
+def test_the_heading_is_better_than_madgwicks_on_the_same_trial(trial: str) -> None:
+    recording = loadmat(open_data("broad", f"{trial}.mat"))
+    force, rate, field = (np.ascontiguousarray(recording[name]) for name in ("imu_acc", "imu_gyr", "imu_mag"))
+    rate_hz = float(recording["sampling_rate"][0, 0])
+    ours = own_attitudes(np.arange(len(force)) / rate_hz, force, rate, field)
+    madgwick = Madgwick(gyr=rate, acc=force, mag=field, frequency=rate_hz, gain=MADGWICK_GAIN).Q
+    # Madgwick's reference has x north, y west; ours x east, y north
+    theirs = Rotation.from_euler("z", 90.0, degrees=True) * Rotation.from_quat(np.roll(madgwick, -1, axis=1))
+    truth, moving = recording["opt_quat"], recording["movement"].ravel()
+    error = heading_rmse_deg(ours, truth, moving)
+    assert error <= heading_rmse_deg(theirs, truth, moving)
+    assert error <= HEADING_LIMIT_DEG[trial]
+    assert np.isfinite(ours.as_quat()).all()
+
+
+def headings_deg(phone: Phone, *streams: str) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Of the steps after the first five: heading, its standard deviation, and turn since the step before, degrees."""
+    steps = run(phone.batch(*streams))[0].steps[5:]
+    assert len(steps) > 20
+    table = np.array([(s.heading_rad, s.heading_sigma_rad, s.heading_change_rad) for s in steps])
+    return tuple(np.degrees(table).T)
+
+
+@pytest.mark.parametrize(
+    "streams",
+    [
+        ("accelerometer", "gyroscope", "magnetometer", "rotation_vector"),
+        ("accelerometer", "rotation_vector"),
+        ("accelerometer", "gyroscope", "magnetometer"),
+        ("accelerometer", "magnetometer"),
+    ],
+)
+@pytest.mark.parametrize("heading_rad", [0.0, 1.5, 3.1, -2.0])
+def test_any_absolute_reference_gives_the_walking_direction(streams: tuple[str, ...], heading_rad: float) -> None:
+    heading, sigma, _ = headings_deg(walked(heading_rad), *streams)
+    assert np.abs((heading - np.degrees(heading_rad) + 180.0) % 360.0 - 180.0).max() < 5.0
+    assert sigma.max() < 30.0
+    assert run(walked(heading_rad).batch(*streams))[0].heading_is_absolute
+
+
+def test_without_compass_the_heading_is_relative_and_says_so() -> None:
+    phone = walked(turn_rad_per_s=0.2)
+    heading, sigma, change = headings_deg(phone, "accelerometer", "gyroscope")
+    assert not run(phone.batch("accelerometer", "gyroscope"))[0].heading_is_absolute
+    assert sigma == pytest.approx(180.0)
+    turned = np.degrees(np.unwrap(np.radians(heading)))
+    expected = np.degrees(0.2) / 1.8
+    assert np.diff(turned) == pytest.approx(expected, abs=1.0)
+    assert change == pytest.approx(expected, abs=1.0)
+
+
+def test_the_turn_between_steps_comes_from_the_gyroscope_alone() -> None:
+    phone = walked(turn_rad_per_s=-0.3)
+    steel = AxisSamples(phone.magnetometer.time_s, phone.magnetometer.values[::-1] + 60.0)
+    bent = Phone(phone.accelerometer, phone.gyroscope, steel, phone.rotation_vector)
+    _, _, change = headings_deg(bent, "accelerometer", "gyroscope", "magnetometer")
+    assert change == pytest.approx(np.degrees(-0.3) / 1.8, abs=1.0)
+
+
+def test_steel_for_ten_seconds_does_not_turn_the_heading() -> None:
+    phone = walked(0.5, seconds=60.0)
+    elapsed = phone.magnetometer.time_s - START_S
+    field = phone.magnetometer.values + np.where((elapsed > 30) & (elapsed < 40), 40.0, 0.0)[:, None]
+    bent = Phone(phone.accelerometer, phone.gyroscope, AxisSamples(phone.magnetometer.time_s, field), phone.gyroscope)
+    heading, sigma, _ = headings_deg(bent, "accelerometer", "gyroscope", "magnetometer")
+    assert np.abs(heading - np.degrees(0.5)).max() < 5.0
+    steps = run(bent.batch("accelerometer", "magnetometer", "gyroscope"))[0].steps
+    compass = np.array([s.magnetic_heading_rad for s in steps if 31.0 < s.time_s - START_S < 39.0])
+    assert np.abs(np.degrees(compass - 0.5)).min() > 10.0
+    assert sigma.max() > sigma[0]
+
+
+def test_a_bias_of_the_gyroscope_is_learnt_while_the_phone_lies_still() -> None:
+    time_s = START_S + np.arange(6000) / 50.0
+    phone = sensed(time_s, Rotation.identity(6000), np.zeros((6000, 3)))
+    biased = AxisSamples(time_s, phone.gyroscope.values + np.radians([0.5, -0.5, 0.8]))
+    arrays = AttitudeState().arrays()
+    none, nothing, answer = np.empty(0), np.empty((0, 3)), np.empty((6000, 8))
+    force = phone.accelerometer.values
+    attitude.track(arrays, time_s, force, time_s, biased.values, none, nothing, none, nothing, answer)
+    assert np.degrees(arrays[6]) == pytest.approx([0.5, -0.5, 0.8], abs=0.05)
+    assert abs(np.degrees(answer[-1, attitude.HEADING] - answer[3000, attitude.HEADING])) < 0.5
+
+
+def test_when_the_rotation_vector_ends_the_heading_does_not_jump() -> None:
+    phone = walked(1.0)
+    keep = phone.rotation_vector.time_s < START_S + 18.0
+    twisted = Rotation.from_rotvec([0.0, 0.0, 0.3]) * Rotation.from_quat(
+        [[*v, math.sqrt(max(0.0, 1.0 - v @ v))] for v in phone.rotation_vector.values]
+    )
+    vector = np.ascontiguousarray(twisted.as_quat(canonical=True)[keep, :3])
+    following = AxisSamples(phone.accelerometer.time_s[keep], vector)
+    ended = Phone(phone.accelerometer, phone.gyroscope, phone.magnetometer, following)
+    steps = run(ended.batch())[0].steps
+    heading = np.array([s.heading_rad for s in steps])
+    assert heading[[s.time_s < START_S + 17.0 for s in steps]] == pytest.approx(0.7, abs=0.01)
+    assert np.abs(np.diff(heading)).max() < 0.05
