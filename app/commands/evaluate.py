@@ -67,7 +67,7 @@ def evaluate(
         print()
         return
     scores = {name: score(found) for name, found in answers.items()}
-    console = Console(width=None if sys.stdout.isatty() else 160)
+    console = Console(width=None if sys.stdout.isatty() else 220)
     trusted = integrity_table({name: integrity(found) for name, found in answers.items()}, protocol)
     for table in (error_table(scores), trust_table(scores, protocol), trusted, parts_table(answers)):
         console.print(table)

@@ -37,7 +37,7 @@ def gyroscope_biased(walk: RecordedWalk, elsewhere: Elsewhere, dice: Dice, bias_
 def magnet(walk: RecordedWalk, elsewhere: Elsewhere, dice: Dice, field_ut: float = 200.0) -> FaultyWalk:
     """A magnet comes to rest on the phone: a constant field, several times the earth's, in any direction.
 
-    The rotation vector is left out: what a maker's fusion makes of a magnet cannot be told from a recording without one.
+    The rotation vector is left out: what a maker's fusion makes of a magnet cannot be told from an undisturbed walk.
     """
     direction = dice.normal(size=3)
     field = field_ut * direction / np.linalg.norm(direction)

@@ -21,6 +21,7 @@ class HypothesisSettings:
     back_after : scans in a row that bear the first track out again and end the fault.
     moved_after, moved_m : scans, and metres of steps, that must bear the rival out and not the first before answers
     are given from it. They are no use yet: the radio of somebody else's walk fits one's own for as long by chance.
+    prior_after : scans that must contradict a mere `start` of the phone's.
     settled_after, settled_m : the same until the phone may rely on it, and the account given up is forgotten.
     """
 
@@ -31,6 +32,18 @@ class HypothesisSettings:
     moved_m: float = 10.0
     settled_after: int = 14
     settled_m: float = 28.0
+    prior_after: int = 2
+
+    def beside_a_prior(self) -> HypothesisSettings:
+        """For a first track that nothing but the phone's own word speaks for: it is given up as soon as it is a fault,
+        and the scans' place is settled after the way that else makes a rival answer."""
+        return replace(
+            self,
+            moved_after=self.prior_after,
+            moved_m=0.0,
+            settled_after=self.moved_after,
+            settled_m=self.moved_m,
+        )
 
 
 @storable

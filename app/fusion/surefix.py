@@ -8,6 +8,7 @@ rival track (app/fusion/hypotheses.py). docs/methods/surefix.md says what each p
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -28,8 +29,9 @@ from app.fusion.surefix_measuring import TestedFix, phases_of, tested
 from app.fusion.surefix_settings import SurefixSettings
 from app.fusion.walking_track import Track, aged, begun, headed, place, scale_of, speed_mps, unbiased
 from app.integrity.protection_level import protection_level_m
-from app.observations import Batch, Fix, InnovationCheck, Position, WifiScan
+from app.observations import Batch, Fix, InnovationCheck, Position, Step, WifiScan
 from app.pdr.tracker import PdrOutput, PdrState, initial_pdr_state
+from app.pdr.turn_doubt import TurnRecord, noted, turns_doubted
 from app.wifi.fix_calibration import calibration_of
 from app.wifi.floor_decision import FloorBelief
 from app.wifi.match import Match
@@ -38,13 +40,17 @@ START_SIGMA_M = 5.0 / 1.5096
 """Of a `start`, in each direction: 68 % within 5 m."""
 
 
+storable(TurnRecord)
+
+
 @storable
 @dataclass(frozen=True, slots=True, eq=False)
 class SurefixState:
     """Of one session. radio_s : newest usable scan; there is no position before the first.
 
     track : the account of steps and scans that is answered from.  rivalry : another one, None while nothing
-    contradicts.  phases : what the newest scan's test found.
+    contradicts.  prior_only : the track began at the phone's `start`, and no scan has borne it out yet.
+    phases : what the newest scan's test found.
     """
 
     start: SessionStart
@@ -54,8 +60,10 @@ class SurefixState:
     time_s: float | None = None
     track: Track | None = None
     rivalry: Rivalry | None = None
+    prior_only: bool = False
     radio_s: float | None = None
     search: HeadingSearch = field(default_factory=HeadingSearch)
+    turns: TurnRecord = field(default_factory=TurnRecord)
     step_count: int = 0
 
 
@@ -88,13 +96,17 @@ def _trusted(scan: WifiScan, site: Site) -> WifiScan:
 
 def _moved(state: SurefixState, event: Event, settings: SurefixSettings, checks: list[InnovationCheck]) -> SurefixState:
     """Steps and time that passed since the event before, for both accounts."""
-    track, rivalry, search, steps = state.track, state.rivalry, state.search, event.moved.steps
+    track, rivalry, search, record = state.track, state.rivalry, state.search, state.turns
+    steps, turns = list[Step](), knows_turns(event)
+    for step in event.moved.steps:
+        record = noted(record, step)
+        steps.append(replace(step, heading_sigma_rad=math.pi) if turns_doubted(record) else step)
+    turns = turns and not turns_doubted(record)
     if track is None and state.start.start is not None and event.time_s is not None:
         prior, noise = state.start.start, START_SIGMA_M**2 * np.eye(2)
         track = begun(np.array([prior.x_m, prior.y_m]), noise, START_SIGMA_M**2, event.time_s, settings.track)
-        track = unbiased(track, noise)
+        track, state = unbiased(track, noise), replace(state, prior_only=True)
     if track is not None:
-        turns = knows_turns(event)
         for step in steps:
             track = after_step(track, step, turns, settings.steps, checks)
             search = search if track.headed else walked(search, step) if turns else HeadingSearch()
@@ -103,7 +115,7 @@ def _moved(state: SurefixState, event: Event, settings: SurefixSettings, checks:
     if rivalry is not None:
         rival, unread = rivalry.rival, list[InnovationCheck]()
         for step in steps:
-            rival = after_step(rival, step, knows_turns(event), settings.steps, unread)
+            rival = after_step(rival, step, turns, settings.steps, unread)
         if event.time_s is not None:
             rival = aged(rival, event.time_s, event.moved, settings.track)
         way_m = scale_of(rival) * sum(step.length_m for step in steps)
@@ -116,6 +128,7 @@ def _moved(state: SurefixState, event: Event, settings: SurefixSettings, checks:
         track=track,
         rivalry=rivalry,
         search=search,
+        turns=record,
         step_count=count,
     )
 
@@ -171,11 +184,12 @@ def _judged(
     if state.track is None or state.time_s is None:
         raise RuntimeError("a scan is tested against a track")
     rivalry, limits = state.rivalry, settings.hypotheses
+    if state.prior_only:
+        limits = limits.beside_a_prior()
     track = first.fused if first.fits else state.track
     if rivalry is None:
         if first.fits:
-            phases = phases_of(first, int(first.corrected), 0, 0)
-            return replace(state, track=track, phases=phases)
+            return replace(state, track=track, prior_only=False, phases=phases_of(first, int(first.corrected), 0, 0))
         begin = begun(match.xy_m, noise, bias_m2, state.time_s, settings.track, state.track)
         rivalry = Rivalry(begin, fault=limits.fault_after <= 1)
         return replace(state, rivalry=rivalry, phases=phases_of(first, 1, 1, int(rivalry.fault)))
@@ -193,7 +207,8 @@ def _judged(
             state, track=rivalry.rival, rivalry=exchanged(rivalry, track), search=HeadingSearch(), phases=phases
         )
     if first_is_back(rivalry, limits):
-        return replace(state, track=track, rivalry=None, phases=phases_of(first, int(first.corrected), 0, 0))
+        phases = phases_of(first, int(first.corrected), 0, 0)
+        return replace(state, track=track, rivalry=None, prior_only=False, phases=phases)
     phases = phases_of(first, 1, int(not first.fits), int(rivalry.fault))
     return replace(state, track=track, rivalry=rivalry, phases=phases)
 
@@ -213,11 +228,12 @@ def _fix(state: SurefixState, moved: PdrOutput, settings: SurefixSettings, check
     heading_rad = float(track.mean[ukf.HEADING]) if track.headed else None
     walker = Walker(heading_rad, speed_mps(track, moved), state.step_count, moved.motion, moved.carrying)
     xy_m, covariance = place(track, moved)
-    estimate = Estimate(Position(float(xy_m[0]), float(xy_m[1]), state.floor.floor), covariance, settings.tail)
+    tail = settings.tail_at(state.start.risk)
+    estimate = Estimate(Position(float(xy_m[0]), float(xy_m[1]), state.floor.floor), covariance, tail)
     phases = state.phases
     if state.rivalry is not None:
         rival_m, rival_m2 = place(state.rivalry.rival, moved)
-        reach_m = float(np.hypot(*(rival_m - xy_m))) + protection_level_m(rival_m2, state.start.risk, settings.tail)
+        reach_m = float(np.hypot(*(rival_m - xy_m))) + protection_level_m(rival_m2, state.start.risk, tail)
         phases = replace(phases, covers_m=reach_m)
     coasting = state.time_s - state.radio_s > settings.silent_after_s
     certain = state.floor.certainty >= settings.least_floor_certainty

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
+
+import numpy as np
 
 from app.fusion.hypotheses import HypothesisSettings
 from app.fusion.integrity_settings import IntegritySettings
@@ -24,7 +27,8 @@ class SurefixSettings:
     of a Gaussian; of the mall's scans 1 in 100 exceed 6.5).
     silent_after_s : without a usable scan for so long the track coasts.
     least_floor_certainty : probability of the decided floor below which no answer is usable.
-    tail : protection level beside a Gaussian's of the same covariance.
+    tails : protection level beside a Gaussian's of the same covariance, by risk in ascending order: the rarer, the
+    heavier. What held 1 - risk of all answers of folds 1-4, covered by the survey or not.
     """
 
     steps: IntegritySettings = field(
@@ -38,9 +42,14 @@ class SurefixSettings:
     corrected_above: float = 6.0
     silent_after_s: float = 8.0
     least_floor_certainty: float = 0.6
-    tail: float = 1.12
+    tails: tuple[tuple[float, float], ...] = ((0.001, 1.36), (0.002, 1.32), (0.01, 1.22), (0.05, 1.13))
 
     @property
     def track(self) -> TrackSettings:
         """Of the walking model."""
         return self.steps.track
+
+    def tail_at(self, risk: float) -> float:
+        """The factor at a risk, between the tabled ones along its logarithm."""
+        risks, factors = zip(*self.tails, strict=True)
+        return float(np.interp(math.log(risk), [math.log(one) for one in risks], factors))

@@ -96,6 +96,8 @@ def _place(place: tuple[str, ...], floors: Mapping[str, FloorExtent]) -> PlaceRe
 
 def _number(name: str, cell: str) -> float:
     try:
-        return float(cell)
+        if "_" not in cell and cell.isascii():  # float() also reads 1_0, as ten, and digits of other scripts
+            return float(cell)
     except ValueError:
-        raise ValueError(f"{name} {cell[:40]!r} is not a number") from None
+        pass
+    raise ValueError(f"{name} {cell[:40]!r} is not a number")

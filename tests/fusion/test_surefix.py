@@ -7,9 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from app.fusion.interface import Site
+from app.fusion.interface import SessionStart, Site
 from app.fusion.surefix import SUREFIX
-from app.observations import Batch, Fix, Flag, WifiScan
+from app.fusion.surefix_settings import SurefixSettings
+from app.observations import AxisSamples, Batch, Fix, Flag, Position, WifiScan
 from tests.fusion.walks import errors_m, run, site, walked
 
 HOME = walked(5)
@@ -76,6 +77,34 @@ def test_a_map_of_another_building_gives_no_position() -> None:
     assert all(fix.position is None for fix in run(SUREFIX, strange))
 
 
+def test_a_wrong_start_is_given_up_through_a_fault_as_soon_as_two_scans_contradict_it() -> None:
+    batches = list(HOME.batches)
+    here = HOME.truth(batches[0].end_s or 0.0)
+    wrong = SessionStart(start=Position(float(here[0]) + 30.0, float(here[1]), "F1"))
+    fixes = run(SUREFIX, batches, start=wrong)
+    scans = [n for n, batch in enumerate(batches) if batch.wifi]
+    assert Flag.FAULT in flags(fixes[: scans[2]])
+    assert not any(fix.integrity.usable for fix in fixes[: scans[1]])
+    assert float(np.mean(errors_m(HOME, fixes[scans[2] :]))) < 4.0
+    assert flags(fixes)[-1] is Flag.NOMINAL
+
+
+def test_a_right_start_is_kept() -> None:
+    here = HOME.truth(HOME.batches[0].end_s or 0.0)
+    fixes = run(SUREFIX, list(HOME.batches), start=SessionStart(start=Position(float(here[0]), float(here[1]), "F1")))
+    assert Flag.FAULT not in flags(fixes)
+    assert float(np.mean(errors_m(HOME, fixes))) < 3.0
+
+
+def test_a_smaller_risk_asks_for_a_wider_level() -> None:
+    levels = []
+    for risk in (0.05, 0.01, 0.001):
+        fixes = run(SUREFIX, list(HOME.batches), start=SessionStart(risk=risk))
+        levels.append(fixes[-1].integrity.protection_level_m or 0.0)
+    assert levels[0] < levels[1] < levels[2]
+    assert [SurefixSettings().tail_at(risk) for risk in (0.05, 0.001)] == [1.13, 1.36]
+
+
 def test_the_walk_is_followed_within_a_few_metres() -> None:
     assert float(np.mean(errors_m(HOME, run(SUREFIX, list(HOME.batches))))) < 3.0
 
@@ -87,3 +116,20 @@ def _without(scan: WifiScan, bssids: set[int]) -> WifiScan:
 
 def _moved_away(scan: WifiScan) -> WifiScan:
     return WifiScan(scan.time_s, scan.bssid + (1 << 40), scan.rssi_dbm, scan.seen_s)
+
+
+def test_a_gyroscope_that_gains_a_bias_loses_its_say_and_no_confident_answer_is_far_off() -> None:
+    walk = walked(8, length_m=120.0)
+    begin_s = walk.batches[len(walk.batches) // 3].end_s or 0.0
+    broken = []
+    for batch in walk.batches:
+        gyroscope = batch.gyroscope
+        values = gyroscope.values + np.where(gyroscope.time_s >= begin_s, 0.25, 0.0)[:, np.newaxis] * [0.0, 0.0, 1.0]
+        broken.append(replace(batch, gyroscope=replace(gyroscope, values=values), rotation_vector=AxisSamples()))
+    fixes = run(SUREFIX, broken)
+    placed = [fix for fix in fixes if fix.position is not None]
+    judged = zip(placed, errors_m(walk, placed), strict=True)
+    assert not any(fix.integrity.usable and error_m > 10.0 for fix, error_m in judged)
+    late = [fix.accuracy_m or 0.0 for fix in fixes if (fix.time_s or 0.0) > begin_s + 15.0]
+    early = [fix.accuracy_m or 0.0 for fix in fixes if fix.position is not None and (fix.time_s or 0.0) < begin_s]
+    assert np.median(late) > np.median(early)

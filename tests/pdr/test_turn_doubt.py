@@ -1,0 +1,55 @@
+"""A gyroscope is doubted when it and the compass drift apart steadily, and not when the compass is merely wrong."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.observations import Step
+from app.pdr.turn_doubt import MOST_STEPS, SPAN_S, TurnRecord, noted, turns_doubted
+
+PERIOD_S = 0.55
+
+
+def walk(seconds: float, bias_rad_per_s: float, noise_rad: float, seed: int, compass: bool = True) -> TurnRecord:
+    """Steps round bends, by a gyroscope with this bias and a compass with this noise."""
+    rng = np.random.default_rng(seed)
+    record, heading_rad = TurnRecord(), 0.0
+    for at_s in np.arange(0.0, seconds, PERIOD_S):
+        turn_rad = float(rng.choice([0.0, 0.0, 0.0, 0.8, -0.8]))
+        heading_rad += turn_rad
+        seen_rad = heading_rad + float(rng.normal(0.0, noise_rad))
+        bearing_rad = math.remainder(seen_rad, math.tau) if compass else math.nan
+        change_rad = turn_rad + bias_rad_per_s * PERIOD_S
+        record = noted(record, Step(float(at_s), PERIOD_S, 0.7, heading_rad, 0.2, change_rad, bearing_rad))
+    return record
+
+
+@given(seed=st.integers(0, 10_000), bias=st.sampled_from([-0.25, 0.25]))
+def test_a_steady_drift_is_noticed_within_the_span(seed: int, bias: float) -> None:
+    assert turns_doubted(walk(SPAN_S + 1.0, bias, 0.2, seed))
+
+
+@given(seed=st.integers(0, 10_000))
+def test_a_noisy_compass_alone_raises_no_doubt(seed: int) -> None:
+    assert not turns_doubted(walk(30.0, 0.0, 0.3, seed))
+
+
+def test_a_few_steps_are_not_enough() -> None:
+    assert not turns_doubted(TurnRecord())
+    assert not turns_doubted(walk(6.0, 0.4, 0.05, 1))
+
+
+def test_without_a_compass_nothing_can_be_doubted() -> None:
+    record = walk(30.0, 0.4, 0.1, 1, compass=False)
+    assert len(record.steps) == 0
+    assert not turns_doubted(record)
+
+
+def test_the_record_is_short_however_long_the_walk() -> None:
+    record = walk(300.0, 0.0, 0.1, 1)
+    assert len(record.steps) <= MOST_STEPS + 1
+    assert record.steps[-1, 0] - record.steps[0, 0] <= SPAN_S + PERIOD_S
