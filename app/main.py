@@ -40,7 +40,6 @@ from app.services.geosubmission import Geosubmission
 from app.services.phones import StoredFixes
 from app.services.quality import Quality
 from app.services.radio_maps import RadioMaps
-from app.services.scan_location import access_points, located
 from app.services.site_cache import SiteCache
 from app.services.site_reading import SiteReader
 from app.services.surveys import Surveys
@@ -66,6 +65,7 @@ from app.storage.task_rows import TaskRows
 from app.storage.venue_rows import VenueRows
 from app.storage.watch_list_rows import WatchListRows
 from app.storage.webhook_rows import WebhookRows
+from app.wifi.locate import known_bssids, locate_scan
 
 PURGE_EVERY_S = 600.0
 """How long what an expired session has left may outlive it."""
@@ -96,7 +96,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     surveys = Surveys(survey_rows, radio_maps, workers, server_ms)
     venues = Venues(venue_rows)
     quality = Quality(ReportRows(engine), survey_rows, venues, watch_lists, workers, tasks, server_ms)
-    geolocation = Geolocation(venue_rows.revisions, sites, access_points, located)
+    geolocation = Geolocation(venue_rows.revisions, sites, known_bssids, locate_scan)
     delivery = WebhookDelivery(OutboxRows(engine), tracking.announcements, server_ms)
     loopback = is_loopback(settings.host)
     metrics = Metrics()

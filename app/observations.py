@@ -82,6 +82,14 @@ class Batch:
     dropped: int = 0
     gap: bool = False
 
+    @property
+    def size(self) -> int:
+        """Samples of all streams and readings of all scans together: how much work it is."""
+        streams = (self.accelerometer, self.gyroscope, self.magnetometer, self.rotation_vector, self.barometer)
+        samples = sum(stream.time_s.size for stream in streams)
+        readings = sum(scan.rssi_dbm.size for scan in self.wifi) + sum(scan.rssi_dbm.size for scan in self.bluetooth)
+        return samples + readings
+
 
 @dataclass(frozen=True, slots=True)
 class Step:

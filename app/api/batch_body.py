@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Annotated, Any, NotRequired
 
 import numpy as np
@@ -120,10 +121,25 @@ def parse_batch(sent: bytes, packing: Packing) -> Batch:
     TooLarge : a list is longer than its bound; names it.
     """
     try:
-        body = BATCH.validate_json(sent) if packing is Packing.JSON else BATCH.validate_python(_unpack(sent))
+        body = _parse_json(sent) if packing is Packing.JSON else BATCH.validate_python(_unpack(sent))
     except ValidationError as error:
         raise refusal(error) from error
     return _batch_of(body)
+
+
+def _parse_json(sent: bytes) -> BatchBody:
+    """The body in JSON. Half a character (a lone surrogate), which fast parsers refuse, is no reason to lose a batch:
+    real SSIDs and BSSIDs hold it, and a reading that cannot be parsed is dropped further on."""
+    try:
+        return BATCH.validate_json(sent)
+    except ValidationError as error:
+        if error.errors(include_input=False)[0]["type"] != "json_invalid" or b"\\ud" not in sent.lower():
+            raise
+        try:
+            lenient = json.loads(sent)
+        except (ValueError, RecursionError):
+            raise error from None
+        return BATCH.validate_python(lenient)
 
 
 def refusal(error: ValidationError) -> InvalidInput:

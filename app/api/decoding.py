@@ -109,4 +109,4 @@ def _unzstd(sent: bytes, limit_bytes: int) -> bytes:
 
 
 def _too_large(limit_bytes: int) -> TooLarge:
-    return TooLarge(f"the body is larger than {limit_bytes} bytes; send shorter batches")
+    return TooLarge(f"the body is larger than {limit_bytes} bytes, the most that is read here")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable
 from typing import Annotated, Any
 
@@ -13,9 +14,12 @@ from app.api.decoding import Packing, packing_of, read_body
 from app.api.fix_body import FeatureCollectionBody, FixBody, TrackBody, geojson_document, track_document
 from app.api.session_body import OpenedBody, SessionBody, inlined_schema, parse_session
 from app.errors import InvalidInput, UnsupportedMedia
+from app.observations import Batch
 from app.services.tracking import Tracking
 
 SESSION_LIMIT_BYTES = 100_000
+LONG_BODY_BYTES = 100_000
+"""Body from which a batch is read beside the event loop, one at a time, so that other phones do not wait for it."""
 LARGEST_PAGE = 10_000
 GEOJSON = "application/geo+json"
 Milliseconds = Annotated[int | None, Query(ge=0, le=int(LATEST_MS))]
@@ -26,6 +30,15 @@ def _request_body(model: type[SessionBody] | type[BatchBody], *media_types: str)
     return {"requestBody": {"required": True, "content": {kind: {"schema": schema} for kind in media_types}}}
 
 
+async def _read_batch(request: Request, limit_bytes: int, lane: asyncio.Lock) -> Batch:
+    packing = packing_of(request.headers.get("content-type"))
+    sent = await read_body(request, limit_bytes)
+    if len(sent) < LONG_BODY_BYTES:
+        return parse_batch(sent, packing)
+    async with lane:
+        return await asyncio.to_thread(parse_batch, sent, packing)
+
+
 def sessions_router(tracking: Callable[..., Any], position: Callable[..., Any], limit_bytes: int) -> APIRouter:
     """The endpoints of sessions.
 
@@ -34,6 +47,7 @@ def sessions_router(tracking: Callable[..., Any], position: Callable[..., Any], 
     tracking : dependency that gives the Tracking.  position : dependency that lets only scope `position` pass.
     limit_bytes : largest batch, decompressed.
     """
+    long_bodies = asyncio.Lock()
     router = APIRouter(prefix="/v1/sessions", tags=["phones"], dependencies=[Depends(position)])
 
     @router.post(
@@ -72,8 +86,7 @@ def sessions_router(tracking: Callable[..., Any], position: Callable[..., Any], 
         Times may lie up to 2 s before what the session has reported, and up to an hour ahead; a batch spans up to 15
         minutes.
         """
-        packing = packing_of(request.headers.get("content-type"))
-        answer = await service.advance(session, parse_batch(await read_body(request, limit_bytes), packing))
+        answer = await service.advance(session, await _read_batch(request, limit_bytes, long_bodies))
         headers = {"Idempotent-Replayed": "true"} if answer.replayed else None
         return Response(answer.body, media_type="application/json", headers=headers)
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import IO
 
 from fastapi import Request
-from python_multipart.exceptions import MultipartParseError
+from python_multipart.exceptions import FormParserError
 from python_multipart.multipart import MultipartParser, parse_options_header
 from starlette.requests import ClientDisconnect
 
@@ -136,7 +136,7 @@ async def _store_parts(pieces: AsyncIterator[bytes], folder: Path, boundary: byt
         parser = MultipartParser(boundary, parts.callbacks())  # type: ignore[arg-type]
         async for piece in pieces:
             await asyncio.to_thread(parser.write, piece)
-    except MultipartParseError as error:
+    except FormParserError as error:
         raise InvalidInput(
             f"the body is no multipart body with the boundary of its header: {error}", "files"
         ) from error

@@ -20,7 +20,7 @@ from app.fusion.error_track import ErrorTrack, aged, begun, headed, place, stepp
 from app.fusion.fix_assembly import Estimate, Phases, Walker, assembled_fix, no_fix
 from app.fusion.floor_choice import chosen_floor
 from app.fusion.heading_search import HeadingSearch, begun_at, found, walked
-from app.fusion.interface import Method, SessionStart, Site
+from app.fusion.interface import START_SIGMA_M, Method, SessionStart, Site
 from app.fusion.robust_measuring import error_variance_m2, process_noise, robust_update, same_place
 from app.fusion.scan_matching import match_scan
 from app.fusion.state_codec import storable
@@ -31,9 +31,6 @@ from app.pdr.tracker import PdrOutput, PdrState, initial_pdr_state
 from app.pdr.walking_context import WalkingContext, context_after
 from app.wifi.floor_decision import FloorBelief
 from app.wifi.readings import fresh_readings
-
-START_SIGMA_M = 5.0 / 1.5096
-"""Of a `start`, in each direction: 68 % within 5 m."""
 
 
 @storable

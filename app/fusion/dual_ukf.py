@@ -22,7 +22,7 @@ from app.fusion.fix_assembly import Estimate, Phases, Walker, assembled_fix, no_
 from app.fusion.floor_choice import chosen_floor
 from app.fusion.heading_search import HeadingSearch, begun_at, found, walked
 from app.fusion.integrity_measuring import BY_WIFI, phases_of
-from app.fusion.interface import Method, SessionStart, Site
+from app.fusion.interface import START_SIGMA_M, Method, SessionStart, Site
 from app.fusion.state_codec import storable
 from app.fusion.walking_track import Track, aged, ahead_m, begun, headed, place, speed_mps, unbiased
 from app.integrity.fault_detection import is_fault, monitored_update, streak_after
@@ -33,8 +33,6 @@ from app.pdr.tracker import PdrOutput, PdrState, initial_pdr_state
 from app.wifi.floor_decision import FloorBelief
 from app.wifi.match import Match
 
-START_SIGMA_M = 5.0 / 1.5096
-"""Of a `start`, in each direction: 68 % within 5 m."""
 START_BIAS_M2 = 6.0
 """Variance of the lasting error of fixes that a track begun at a `start` expects, before there is a fix."""
 SWINGS_FOR_S = 3.0

@@ -17,10 +17,10 @@ from app.fusion import walking_ukf as ukf
 from app.fusion.batch_events import Event, events, knows_turns
 from app.fusion.fix_assembly import Estimate, Phases, Walker, assembled_fix, no_fix
 from app.fusion.floor_choice import chosen_floor
-from app.fusion.heading_search import HeadingSearch, begun_at, found, walked
+from app.fusion.heading_search import HeadingSearch, sought, walked
 from app.fusion.integrity_measuring import BY_WIFI, after_step, measure, noise_of, phases_of
 from app.fusion.integrity_settings import IntegritySettings
-from app.fusion.interface import Method, SessionStart, Site
+from app.fusion.interface import START_SIGMA_M, Method, SessionStart, Site
 from app.fusion.scan_matching import match_scan
 from app.fusion.state_codec import storable
 from app.fusion.walking_track import (
@@ -28,7 +28,6 @@ from app.fusion.walking_track import (
     aged,
     ahead_m,
     begun,
-    headed,
     place,
     speed_mps,
     unbiased,
@@ -37,9 +36,6 @@ from app.integrity.fault_detection import is_fault, streak_after
 from app.observations import Batch, Fix, InnovationCheck, Position, WifiScan
 from app.pdr.tracker import PdrOutput, PdrState, initial_pdr_state
 from app.wifi.floor_decision import FloorBelief
-
-START_SIGMA_M = 5.0 / 1.5096
-"""Of a `start`, in each direction: 68 % within 5 m."""
 
 
 @storable
@@ -150,7 +146,7 @@ def _scanned(
         track = begun(match.xy_m, noise, bias_m2, now_s, settings.track, track)
         return replace(state, track=track, search=HeadingSearch(), streak=0, apart_m=None, phases=phases)
     track = replace(track, mean=tested.mean, covariance=tested.covariance)
-    track, search = (track, state.search) if track.headed else _sought(track, state.search)
+    track, search = (track, state.search) if track.headed else sought(track, state.search)
     return replace(state, track=track, search=search, streak=streak, apart_m=apart_m, phases=phases)
 
 
@@ -166,13 +162,6 @@ def _agree(
         return False
     sigma_m = math.sqrt(2.0 * (float(np.trace(noise)) / 2.0 + bias_m2))
     return float(np.hypot(*(one_m - other_m))) <= settings.agree_sigmas * sigma_m
-
-
-def _sought(track: Track, search: HeadingSearch) -> tuple[Track, HeadingSearch]:
-    """The track with a heading where fixes and steps have given it away."""
-    search = begun_at(search, track.mean[:2])
-    heading = found(search, track.mean[:2], math.sqrt(float(np.trace(track.covariance[:2, :2])) / 2.0))
-    return (track, search) if heading is None else (headed(track, *heading, by_phone=False), HeadingSearch())
 
 
 def _fix(

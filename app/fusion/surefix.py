@@ -19,15 +19,15 @@ from app.fusion import walking_ukf as ukf
 from app.fusion.batch_events import Event, events, knows_turns
 from app.fusion.fix_assembly import Estimate, Phases, Walker, assembled_fix, no_fix
 from app.fusion.floor_choice import chosen_floor
-from app.fusion.heading_search import HeadingSearch, begun_at, found, walked
+from app.fusion.heading_search import HeadingSearch, sought, walked
 from app.fusion.hypotheses import Rivalry, exchanged, first_is_back, judged, rival_wins
 from app.fusion.integrity_measuring import after_step
-from app.fusion.interface import Method, SessionStart, Site
+from app.fusion.interface import START_SIGMA_M, Method, SessionStart, Site
 from app.fusion.scan_matching import Matcher, match_scan
 from app.fusion.state_codec import storable
 from app.fusion.surefix_measuring import TestedFix, phases_of, tested
 from app.fusion.surefix_settings import SurefixSettings
-from app.fusion.walking_track import Track, aged, begun, headed, place, scale_of, speed_mps, unbiased
+from app.fusion.walking_track import Track, aged, begun, place, scale_of, speed_mps, unbiased
 from app.integrity.protection_level import protection_level_m
 from app.observations import Batch, Fix, InnovationCheck, Position, Step, WifiScan
 from app.pdr.tracker import PdrOutput, PdrState, initial_pdr_state
@@ -35,10 +35,6 @@ from app.pdr.turn_doubt import TurnRecord, noted, turns_doubted
 from app.wifi.fix_calibration import calibration_of
 from app.wifi.floor_decision import FloorBelief
 from app.wifi.match import Match
-
-START_SIGMA_M = 5.0 / 1.5096
-"""Of a `start`, in each direction: 68 % within 5 m."""
-
 
 storable(TurnRecord)
 
@@ -165,7 +161,7 @@ def _scanned(
     checks.append(first.check)
     state = _judged(state, first, match, noise, bias_m2, scan.time_s, moved, settings)
     if state.track is not None and not state.track.headed:
-        track, search = _sought(state.track, state.search)
+        track, search = sought(state.track, state.search)
         state = replace(state, track=track, search=search)
     return state
 
@@ -211,13 +207,6 @@ def _judged(
         return replace(state, track=track, rivalry=None, prior_only=False, phases=phases)
     phases = phases_of(first, 1, int(not first.fits), int(rivalry.fault))
     return replace(state, track=track, rivalry=rivalry, phases=phases)
-
-
-def _sought(track: Track, search: HeadingSearch) -> tuple[Track, HeadingSearch]:
-    """The track with a heading where fixes and steps have given it away."""
-    search = begun_at(search, track.mean[:2])
-    heading = found(search, track.mean[:2], float(np.sqrt(np.trace(track.covariance[:2, :2]) / 2.0)))
-    return (track, search) if heading is None else (headed(track, *heading, by_phone=False), HeadingSearch())
 
 
 def _fix(state: SurefixState, moved: PdrOutput, settings: SurefixSettings, checks: tuple[InnovationCheck, ...]) -> Fix:

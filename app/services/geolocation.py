@@ -8,20 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from app.estimation.arrays import IntArray
-from app.observations import Position, WifiScan
+from app.observations import WifiScan
 from app.services.site_cache import SiteCache
+from app.wifi.locate import ScanPosition
 from app.wifi.radio_map import RadioMap
 
 FEWEST = 2
 """Access points that a venue must know of a scan: one alone can be anywhere, or carried away."""
-
-
-@dataclass(frozen=True, slots=True)
-class Located:
-    """A position in a venue. accuracy_m : 68 % radius."""
-
-    position: Position
-    accuracy_m: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +39,7 @@ class Geolocation:
         venues: Callable[[], Awaitable[Sequence[tuple[str, int]]]],
         sites: SiteCache,
         known: Callable[[RadioMap], IntArray],
-        locate: Callable[[RadioMap, WifiScan], Located | None],
+        locate: Callable[[RadioMap, WifiScan], ScanPosition | None],
     ) -> None:
         self._venues = venues
         self._sites = sites

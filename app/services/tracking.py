@@ -32,8 +32,8 @@ from app.storage.session_state import HotStates
 
 ATTEMPTS = 5
 """How often a batch is tried anew when another worker was faster."""
-LONG_BATCH = 20_000
-"""Samples from which a batch is worked on beside the event loop."""
+LONG_BATCH = 5_000
+"""Samples and readings from which a batch is worked on beside the event loop."""
 FORGET_AFTER_MS = 30 * 86_400_000
 """An expired session is remembered so long, to be told from an unknown one."""
 _SESSION = re.compile(r"[0-9a-f]{32}")
@@ -188,7 +188,7 @@ class Tracking:
 
     async def _advanced(self, method: str, state: Any, batch: Batch, site: Site) -> tuple[Any, Fix]:
         advance = self._methods[method].advance
-        if batch.accelerometer.time_s.size + batch.gyroscope.time_s.size < LONG_BATCH:
+        if batch.size < LONG_BATCH:
             return advance(state, batch, site)
         return await asyncio.to_thread(advance, state, batch, site)
 

@@ -210,6 +210,19 @@ def test_a_reading_without_a_usable_address_is_dropped_and_counted(bssid: Any) -
     assert batch.wifi[0].bssid.size == 1
 
 
+def test_half_a_character_costs_its_reading_and_not_the_batch() -> None:
+    sent = b'{"sequence": 3, "wifi": [{"t": 1573190000000, "readings": [{"bssid": "\\ud800", "rssi": -49},'
+    sent += b' {"bssid": "a8:0c:ca:03:9d:d7", "ssid": "\\udfff", "rssi": -50}]}]}'
+    batch = parse_batch(sent, Packing.JSON)
+    assert (batch.sequence, batch.dropped, batch.wifi[0].bssid.size) == (3, 1, 1)
+    with pytest.raises(InvalidInput, match="finite"):
+        parse_batch(
+            b'{"sequence": 0, "\\ud800": 1, "accelerometer": {"t": [NaN], "x": [0], "y": [0], "z": [0]}}', Packing.JSON
+        )
+    with pytest.raises(InvalidInput):
+        parse_batch(b'["\\ud800"' + b"[" * 100_000, Packing.JSON)
+
+
 @pytest.mark.parametrize(("rssi", "dropped"), [(-127, 0), (20, 0), (-127.1, 1), (21, 1), (1e308, 1), (-1e308, 1)])
 def test_a_reading_beyond_what_radios_report_is_dropped_and_counted(rssi: float, dropped: int) -> None:
     assert parsed(readings({"bssid": "a8:0c:ca:03:9d:d7", "rssi": rssi})).dropped == dropped

@@ -11,8 +11,9 @@ from app.api.geolocate import geolocate_router, parse_scan
 from app.floorplan.georeference import Georeference
 from app.fusion.interface import Floor, Site
 from app.observations import Position, WifiScan
-from app.services.geolocation import Geolocation, Located
+from app.services.geolocation import Geolocation
 from app.services.site_cache import SiteCache, SiteRevision
+from app.wifi.locate import ScanPosition
 
 FIRST = [0x0200000000A0 + i for i in range(6)]
 SECOND = [0x0200000000A4 + i for i in range(6)]
@@ -39,8 +40,8 @@ SITES = {
 }
 
 
-def located(radio_map: Any, scan: WifiScan) -> Located:
-    return Located(Position(0.0, float(scan.bssid.size), radio_map.floor), 3.5)
+def located(radio_map: Any, scan: WifiScan) -> ScanPosition:
+    return ScanPosition(Position(0.0, float(scan.bssid.size), radio_map.floor), 3.5)
 
 
 @pytest.fixture

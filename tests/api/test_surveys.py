@@ -152,6 +152,7 @@ BAD_UPLOADS: dict[str, tuple[bytes | str, str, dict[str, str], int, str | None]]
     "multipart that is cut off": (multipart(GOOD_PART)[:-40], MULTIPART, {"floor": "F1"}, 422, "files"),
     "multipart without its last edge": (multipart(GOOD_PART, end=b"\r\n"), MULTIPART, {"floor": "F1"}, 422, "files"),
     "another boundary": (multipart(GOOD_PART), f"{MULTIPART}x", {"floor": "F1"}, 422, "files"),
+    "a boundary without end": (multipart(GOOD_PART), f"{MULTIPART}{'x' * 8000}", {"floor": "F1"}, 422, "files"),
     "no boundary": (multipart(GOOD_PART), "multipart/form-data", {"floor": "F1"}, 422, "files"),
     "no part": (multipart(), MULTIPART, {"floor": "F1"}, 422, "files"),
     "an empty multipart body": (b"", MULTIPART, {"floor": "F1"}, 422, "files"),

@@ -55,6 +55,8 @@ def test_networks_that_opted_out_are_dropped_without_a_word() -> None:
         (row(x="nan"), "x and y must be finite"),
         (row(y="inf"), "x and y must be finite"),
         (row(x="abc"), "x 'abc' is not a number"),
+        (row(x="1_0"), "x '1_0' is not a number"),
+        (row(y="١"), "y '١' is not a number"),
         (row(x=111), "x 111 is outside floor F1"),
         (row(y=-11), "y -11 is outside floor F1"),
         (row(floor="F9"), "the venue has no floor 'F9'"),
