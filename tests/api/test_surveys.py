@@ -3,6 +3,7 @@ from __future__ import annotations
 import gzip
 import json
 import lzma
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,14 @@ JSON = {
 }
 NOTHING = {"surveys": 0, "fingerprints": 0, "radio_maps": 0, "revision": 1}
 BOUNDARY = "----edge"
+
+
+@pytest.fixture(scope="module", autouse=True)
+def own_temporary_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """So that what is left behind is this module's, whoever else uses the machine."""
+    before, tempfile.tempdir = tempfile.tempdir, str(tmp_path_factory.mktemp("uploads"))
+    yield
+    tempfile.tempdir = before
 
 
 @pytest.fixture
