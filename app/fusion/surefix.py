@@ -93,11 +93,11 @@ def _trusted(scan: WifiScan, site: Site) -> WifiScan:
 def _moved(state: SurefixState, event: Event, settings: SurefixSettings, checks: list[InnovationCheck]) -> SurefixState:
     """Steps and time that passed since the event before, for both accounts."""
     track, rivalry, search, record = state.track, state.rivalry, state.search, state.turns
-    steps, turns = list[Step](), knows_turns(event)
+    steps = list[Step]()
     for step in event.moved.steps:
         record = noted(record, step)
         steps.append(replace(step, heading_sigma_rad=math.pi) if turns_doubted(record) else step)
-    turns = turns and not turns_doubted(record)
+    turns = knows_turns(event) and not turns_doubted(record)
     if track is None and state.start.start is not None and event.time_s is not None:
         prior, noise = state.start.start, START_SIGMA_M**2 * np.eye(2)
         track = begun(np.array([prior.x_m, prior.y_m]), noise, START_SIGMA_M**2, event.time_s, settings.track)

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from app.estimation.angles import wrap
 from app.estimation.arrays import FloatArray
 from app.observations import Step
 
@@ -38,8 +39,8 @@ def noted(record: TurnRecord, step: Step) -> TurnRecord:
     turned_rad = record.turned_rad + step.heading_change_rad
     apart_rad = turned_rad - step.magnetic_heading_rad
     if len(record.steps):  # the compass's bearing is known to whole turns only
-        before_rad = record.steps[-1, 1]
-        apart_rad = before_rad + float(np.remainder(apart_rad - before_rad + np.pi, 2.0 * np.pi)) - np.pi
+        before_rad = float(record.steps[-1, 1])
+        apart_rad = before_rad + wrap(apart_rad - before_rad)
     kept = record.steps[record.steps[:, 0] >= step.time_s - SPAN_S][-MOST_STEPS:]
     return TurnRecord(np.vstack([kept, [step.time_s, apart_rad]]), turned_rad)
 
