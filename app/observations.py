@@ -127,6 +127,24 @@ class InnovationCheck:
     fused: bool
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class RadioFix:
+    """Where one scan alone puts the phone, before anybody asked the steps.
+
+    xy_m : (2,) on the floor.  noise_m2 : (2, 2) the part of its error that is its own.  lasting_m2 : variance in each
+    direction of the part that the scans around share.  signal_distance : to the best of the map, 0 to 1.
+    fits : whether the track that is answered from bears it out.
+    """
+
+    time_s: float
+    floor: str
+    xy_m: FloatArray
+    noise_m2: FloatArray
+    lasting_m2: float
+    signal_distance: float
+    fits: bool
+
+
 class Flag(StrEnum):
     """Integrity flag of a Fix; docs/conventions.md defines each."""
 
@@ -197,6 +215,8 @@ class Fix:
 
     accuracy_m : 68 % radius.  covariance_m2 : ((xx, xy), (xy, yy)).  All estimates are None while position is None;
     heading and speed may still be unknown after that.
+    checks, evidence : what was measured since the Fix before, in the order in which it came: for evaluation, smoothing
+    and the watch over radio maps; never part of the answer.
     """
 
     time_s: float | None
@@ -210,3 +230,4 @@ class Fix:
     carrying: Carrying
     integrity: Integrity
     checks: tuple[InnovationCheck, ...] = ()
+    evidence: tuple[Step | RadioFix, ...] = ()

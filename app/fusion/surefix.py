@@ -29,7 +29,7 @@ from app.fusion.surefix_measuring import TestedFix, phases_of, tested
 from app.fusion.surefix_settings import SurefixSettings
 from app.fusion.walking_track import Track, aged, begun, place, scale_of, speed_mps, unbiased
 from app.integrity.protection_level import protection_level_m
-from app.observations import Batch, Fix, InnovationCheck, Position, Step, WifiScan
+from app.observations import Batch, Fix, InnovationCheck, Position, RadioFix, Step, WifiScan
 from app.pdr.tracker import PdrOutput, PdrState, initial_pdr_state
 from app.pdr.turn_doubt import TurnRecord, noted, turns_doubted
 from app.wifi.fix_calibration import calibration_of
@@ -70,16 +70,17 @@ def start(session: SessionStart) -> SurefixState:
 
 def advance(state: SurefixState, batch: Batch, site: Site, settings: SurefixSettings) -> tuple[SurefixState, Fix]:
     """The state after a batch, and the best estimate at its end."""
-    checks: list[InnovationCheck] = []
+    checks, evidence = list[InnovationCheck](), list[Step | RadioFix]()
     moved: PdrOutput | None = None
     for event in events(state.pdr, state.time_s, batch):
         moved = event.moved
+        evidence += moved.steps
         state = _moved(state, event, settings, checks)
         if event.scan is not None:
-            state = _scanned(state, _trusted(event.scan, site), moved, site, settings, checks)
+            state = _scanned(state, _trusted(event.scan, site), moved, site, settings, checks, evidence)
     if moved is None:
         raise RuntimeError("a batch has an end")
-    return state, _fix(state, moved, settings, tuple(checks))
+    return state, replace(_fix(state, moved, settings, tuple(checks)), evidence=tuple(evidence))
 
 
 def _trusted(scan: WifiScan, site: Site) -> WifiScan:
@@ -136,6 +137,7 @@ def _scanned(
     site: Site,
     settings: SurefixSettings,
     checks: list[InnovationCheck],
+    evidence: list[Step | RadioFix],
 ) -> SurefixState:
     now_s = state.time_s
     if site.radio_map is None or now_s is None:
@@ -153,12 +155,15 @@ def _scanned(
     variance_m2 = calibration_of(site.radio_map).variance_m2(match, settings.distance_weight)
     noise, bias_m2 = (1.0 - settings.lasting) * variance_m2 * np.eye(2), settings.lasting * variance_m2
     state = replace(state, floor=floor, radio_s=scan.time_s)
+    said = RadioFix(scan.time_s, floor.floor, match.xy_m, noise, bias_m2, match.signal_distance, fits=True)
     if state.track is None or changed:
+        evidence.append(said)
         track = begun(match.xy_m, noise, bias_m2, now_s, settings.track, state.track)
         return replace(state, track=track, rivalry=None, search=HeadingSearch(), phases=Phases())
 
     first = tested(replace(state.track, bias_variance_m2=bias_m2), match, noise, scan.time_s, moved, settings)
     checks.append(first.check)
+    evidence.append(replace(said, fits=first.fits))
     state = _judged(state, first, match, noise, bias_m2, scan.time_s, moved, settings)
     if state.track is not None and not state.track.headed:
         track, search = sought(state.track, state.search)
