@@ -89,6 +89,22 @@ accuracy: .venv/run.stamp ## the same, all folds pooled
 compare: .venv/run.stamp ## every method and ablation on recorded walks and the papers' sites; docs/comparison.md
 	$(BIN)/surefix compare $(SITE) --out build/comparison --page docs/comparison.md $(ARGS)
 
+.PHONY: faults
+faults: .venv/run.stamp ## faults in recorded walks and in simulated buildings: tables in build/faults
+	$(BIN)/surefix faults $(SITE) --simulated 6 --out build/faults $(ARGS)
+
+.PHONY: buildings
+buildings: .venv/run.stamp ## levels and alarms in 20 simulated buildings that no setting was chosen on
+	$(BIN)/surefix buildings --out build/buildings $(ARGS)
+
+.PHONY: transfer
+transfer: .venv/run.stamp ## leave one floor out: settings learnt on one recorded floor, judged on the other
+	$(BIN)/surefix transfer $(SITE) --out build/transfer $(ARGS)
+
+.PHONY: ageing
+ageing: .venv/run.stamp ## radio maps months after their survey, simulated
+	$(BIN)/surefix ageing --out build/ageing $(ARGS)
+
 # The tool that resolves versions lives apart, so that it is in no lock itself.
 build/lock/bin/uv: | $(BIN)/python
 	$(BIN)/python -m venv build/lock

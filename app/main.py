@@ -37,6 +37,7 @@ from app.fusion.warm_up import warm_up
 from app.services.access import Access, Scope, is_loopback
 from app.services.geolocation import Geolocation
 from app.services.geosubmission import Geosubmission
+from app.services.map_use import MapUse
 from app.services.phones import StoredFixes
 from app.services.quality import Quality
 from app.services.radio_maps import RadioMaps
@@ -53,6 +54,7 @@ from app.services.worker_processes import WorkerProcesses
 from app.settings import Settings
 from app.storage.database import connect
 from app.storage.key_rows import KeyRows
+from app.storage.map_use_rows import MapUseRows
 from app.storage.migration import require_migrated
 from app.storage.outbox_rows import OutboxRows
 from app.storage.phone_rows import PhoneRows
@@ -90,16 +92,19 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     watch_rows = WatchListRows(engine)
     sites = SiteCache(SiteReader(venue_rows, map_rows, watch_rows).read)
     watch_lists = WatchLists(watch_rows, server_ms, settings.watch_sessions, settings.watch_hours)
-    tracking = Tracking(SessionRows(engine), hot, sites, METHODS, settings.session_hours, server_ms, watch_lists)
+    metrics = Metrics()
+    map_use = MapUse(MapUseRows(engine), server_ms, metrics.resurvey)
+    listeners = watch_lists.heard, map_use.heard
+    tracking = Tracking(SessionRows(engine), hot, sites, METHODS, settings.session_hours, server_ms, listeners)
     workers, tasks = WorkerProcesses(), Tasks(TaskRows(engine), server_ms)
     radio_maps = RadioMaps(map_rows, survey_rows, workers, server_ms)
     surveys = Surveys(survey_rows, radio_maps, workers, server_ms)
     venues = Venues(venue_rows)
-    quality = Quality(ReportRows(engine), survey_rows, venues, watch_lists, workers, tasks, server_ms)
+    quality = Quality(ReportRows(engine), survey_rows, venues, watch_lists, map_use, workers, tasks, server_ms)
     geolocation = Geolocation(venue_rows.revisions, sites, known_bssids, locate_scan)
     delivery = WebhookDelivery(OutboxRows(engine), tracking.announcements, server_ms)
+    forgetting = tracking.purge, watch_lists.forget, map_use.forget
     loopback = is_loopback(settings.host)
-    metrics = Metrics()
     app = FastAPI(
         title="Surefix",
         version=version("surefix"),
@@ -107,8 +112,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         docs_url=None,  # app/api/docs.py, which needs no internet
         redoc_url=None,
         lifespan=_lifespan(
-            (partial(_purge_now_and_then, tracking.purge, watch_lists.forget), delivery.run),
-            (tasks.close, workers.close, hot.close, engine.dispose),
+            (partial(_purge_now_and_then, *forgetting), map_use.run, delivery.run),
+            (map_use.close, tasks.close, workers.close, hot.close, engine.dispose),
         ),
     )
     app.add_middleware(MetricsMiddleware, metrics=metrics)

@@ -133,7 +133,7 @@ class RadioFix:
 
     xy_m : (2,) on the floor.  noise_m2 : (2, 2) the part of its error that is its own.  lasting_m2 : variance in each
     direction of the part that the scans around share.  signal_distance : to the best of the map, 0 to 1.
-    fits : whether the track that is answered from bears it out.
+    fits : whether the track that is answered from bears it out.  source : `wifi` or `bluetooth`.
     """
 
     time_s: float
@@ -143,6 +143,7 @@ class RadioFix:
     lasting_m2: float
     signal_distance: float
     fits: bool
+    source: str = "wifi"
 
 
 class Flag(StrEnum):

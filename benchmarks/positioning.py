@@ -1,11 +1,11 @@
-"""The two inner parts of a positioning: matching a scan, and a step of the filter. Against scikit-learn and filterpy.
+"""The inner parts of a positioning: matching a scan, a step of the filter, smoothing. Against scikit-learn and filterpy.
 
 Both are made to give the same answer before they are timed: a faster wrong answer is none.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
@@ -15,6 +15,9 @@ from app.estimation.angles import wrap
 from app.estimation.arrays import FloatArray, IntArray
 from app.estimation.unscented_kalman import correct
 from app.fusion import walking_ukf
+from app.fusion.track_smoothing import smoothed
+from app.fusion.walk_timeline import Moment
+from app.observations import Motion, RadioFix, Step
 from app.wifi.fingerprint import Fingerprint
 from app.wifi.match_index import index_of
 from app.wifi.radio_map import build_radio_map
@@ -25,6 +28,8 @@ from benchmarks.timing import Row, median_us
 ACCESS_POINTS = 2000
 HEARD = 300
 """As many a scan as in the open mall."""
+STEPS = 1_000, 10_000
+"""Of a short session, and of one of some hours."""
 
 
 def matching(points: int, seed: int = 3) -> Iterator[Row]:
@@ -97,3 +102,23 @@ def _observed(state: FloatArray, before: FloatArray) -> FloatArray:
     x, y, heading = state
     length = np.hypot(x - before[0], y - before[1])
     return np.array([x, y, length, wrap(heading - before[2]), wrap(heading)])
+
+
+def smoothing() -> Iterator[Row]:
+    """A step of a long session's smoothing beside one of a short session's: the whole must grow in proportion."""
+    times_us = [time_us / steps for steps, time_us in zip(STEPS, median_us(*map(_smoothing, STEPS)), strict=True)]
+    yield Row(f"smoothing, a step of {STEPS[1]}", times_us[1], f"of {STEPS[0]}", times_us[0], at_least=0.5)
+
+
+def _smoothing(steps: int) -> Callable[[], object]:
+    rng = np.random.default_rng(9)
+    evidence, xy_m, heading_rad = list[Step | RadioFix](), np.zeros(2), 0.0
+    for number in range(steps):
+        heading_rad += 0.02
+        xy_m = xy_m + 0.7 * np.array([np.sin(heading_rad), np.cos(heading_rad)])
+        evidence.append(Step(0.5 * number, 0.5, 0.7, wrap(heading_rad), 0.2, 0.02, np.nan))
+        if number % 4 == 0:
+            seen_m = xy_m + rng.normal(0.0, 3.0, 2)
+            evidence.append(RadioFix(0.5 * number, "F1", seen_m, 6.0 * np.eye(2), 3.0, 0.1, fits=True))
+    moments = [Moment(0.5 * number, Motion.WALKING) for number in range(0, steps, 2)]
+    return lambda: smoothed(evidence, moments)

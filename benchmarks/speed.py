@@ -28,7 +28,7 @@ from app.simulation.recording import SURVEY_PHONE, World, make_world, record_wal
 from app.simulation.visitors import answer, open_venue, survey_venue
 from benchmarks.candidates import candidates
 from benchmarks.local_server import local_server
-from benchmarks.positioning import filter_step, matching
+from benchmarks.positioning import filter_step, matching, smoothing
 from benchmarks.timing import Row, median_us, show
 
 RATE_HZ = 50.0
@@ -103,8 +103,8 @@ def main() -> int:
     bodies = recorded_seconds(world)
     batches = [parse_batch(body, packing_of("application/json")) for body in bodies]
     rows: list[Row] = []
-    parts = (dead_reckoning(batches), decoding(bodies), filter_step(), matching(300), matching(5000), candidates())
-    for part in (*parts, over_http(world, bodies)):
+    inner = (filter_step(), matching(300), matching(5000), candidates(), smoothing())
+    for part in (dead_reckoning(batches), decoding(bodies), *inner, over_http(world, bodies)):
         rows += part
         console.print(f"{len(rows)} measured", style="dim")
     show(rows)

@@ -62,6 +62,7 @@ class FixBody(BaseModel):
     motion: Motion
     carrying: Carrying
     integrity: IntegrityBody
+    smoothed: Annotated[bool, Field(description="present and true in a smoothed track, else absent")] = False
 
 
 class TrackBody(BaseModel):
@@ -106,5 +107,6 @@ def _feature(row: FixRow) -> dict[str, Any]:
             "floor": None if position is None else position["floor"],
             **{name: fix[name] for name in ("accuracy", "heading", "speed", "motion")},
             **{name: integrity[name] for name in ("flag", "usable", "protection_level")},
+            **({"smoothed": True} if "smoothed" in fix else {}),
         },
     }

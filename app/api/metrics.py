@@ -13,6 +13,7 @@ from typing import Any
 from prometheus_client import (
     CollectorRegistry,
     Counter,
+    Gauge,
     Histogram,
     ProcessCollector,
     disable_created_metrics,
@@ -52,6 +53,18 @@ class Metrics:
         )
         self._fixes = Counter("surefix_fixes", "New fixes by integrity flag.", ("flag",), registry=self.registry)
         self._sessions = Counter("surefix_sessions_opened", "Sessions opened.", registry=self.registry)
+
+        self._resurvey = Gauge(
+            "surefix_resurvey_squares",
+            "Squares of the radio map in use that have become unlike their survey.",
+            ("venue",),
+            registry=self.registry,
+            multiprocess_mode="mostrecent",
+        )
+
+    def resurvey(self, venue: str, squares: int) -> None:
+        """A venue's radio map has been judged by its use."""
+        self._resurvey.labels(venue).set(squares)
 
     def answered(self, method: str, route: str, status: int, seconds: float) -> None:
         """An answer has begun."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from asyncio import to_thread
 from collections.abc import Callable
 from typing import Annotated, Any
 
@@ -52,9 +53,10 @@ def quality_router(quality: Callable[..., Any], survey: Callable[..., Any]) -> A
         summary="The same as a picture",
     )
     async def picture(venue: str, version: Version, service: Quality = Depends(quality)) -> Response:
-        """A row for each floor: the error over the plan; gaps and look-alike places."""
+        """A row for each floor: error and protection level over the plan; gaps, look-alike places, and where to survey
+        again."""
         found = await service.report(venue, version)
-        return _started(found) if isinstance(found, str) else Response(found.picture, media_type=PNG)
+        return _started(found) if isinstance(found, str) else Response(await to_thread(found.drawn), media_type=PNG)
 
     @router.get(
         "/quality.html",
@@ -74,7 +76,7 @@ def quality_router(quality: Callable[..., Any], survey: Callable[..., Any]) -> A
         if isinstance(found, str):
             headers = {**_headers(found), **HEADERS}
             return Response(waiting_page(venue, version, AGAIN_S), 202, headers, media_type=HTML)
-        return Response(page_of(venue, found), headers=HEADERS, media_type=HTML)
+        return Response(page_of(venue, found.described, await to_thread(found.drawn)), headers=HEADERS, media_type=HTML)
 
     return router
 

@@ -26,13 +26,25 @@ class SupportedRiskBody(BaseModel):
     levels: dict[str, float | None]
 
 
+class LevelBody(BaseModel):
+    """What the default method promises of the same scans, one by one. `risk`: that of the levels.  `learnt_from`: walks
+    that this version's variances were learnt from, 0: the defaults.  `median`: m.  `inside`: share of errors within
+    their level; null where there is nothing to tell from."""
+
+    risk: float
+    learnt_from: int
+    median: float | None
+    inside: float | None
+
+
 class ErrorCellBody(BaseModel):
-    """A square of the error map, by its centre."""
+    """A square of the error map, by its centre. `level`: mean protection level, m."""
 
     x: float
     y: float
     error: float
     worst: float
+    level: float
     scans: int
     walks: int
 
@@ -93,6 +105,7 @@ class FloorQualityBody(BaseModel):
     scans: int
     risk: SupportedRiskBody
     error: PlacementErrorBody
+    level: LevelBody
     cell: float
     cells: list[ErrorCellBody]
     coverage: CoverageBody
@@ -119,7 +132,30 @@ class AccessPointsBody(BaseModel):
 
 
 class ResurveyBody(BaseModel):
-    """Where a watched access point was heard strongest: survey here again."""
+    """A square by its centre, `size` m wide, in which scans have become unlike the map: survey here again.
+
+    `ratio`: how many times as unlike as survey scans are when their walks are left out.  `score`: that, standardised.
+    `sessions`: estimated, and `visits` of these, `scans`, and those `unfit` to the track.  `surveyed`: scans of the
+    survey there.  `last`: Unix ms, server's clock.
+    """
+
+    floor: str
+    x: float
+    y: float
+    size: float
+    reason: str
+    ratio: float
+    score: float
+    sessions: int
+    visits: int
+    scans: int
+    unfit: int
+    surveyed: int
+    last: int
+
+
+class WatchedPlaceBody(BaseModel):
+    """Where a watched access point was heard strongest."""
 
     floor: str
     x: float
@@ -129,10 +165,17 @@ class ResurveyBody(BaseModel):
 
 
 class DriftBody(BaseModel):
-    """What use has shown since. `score`: share of the map's access points that are on its watch list."""
+    """What use has shown since. `since`: from when on it is counted, Unix ms, server's clock.  `squares`: that were
+    used enough to tell.  `score`: how many times as unlike the map scans are in those of them that were surveyed, as
+    left-out survey scans are; null of none.  `resurvey`: the most evident first.  `watched_share`: of the map's access
+    points, those on its watch list."""
 
-    score: float
+    since: int
+    score: float | None
+    squares: int
     resurvey: list[ResurveyBody]
+    watched_share: float
+    access_points: list[WatchedPlaceBody]
 
 
 class QualityBody(BaseModel):
@@ -144,6 +187,7 @@ class QualityBody(BaseModel):
     walks: int
     risk: SupportedRiskBody
     error: PlacementErrorBody
+    level: LevelBody
     access_points: AccessPointsBody
     drift: DriftBody
     floors: list[FloorQualityBody]

@@ -9,8 +9,6 @@ from datetime import UTC, datetime
 from html import escape
 from typing import Any
 
-from app.services.quality import QualityReport
-
 _STYLE = """
 :root { color-scheme: light; --ink: #17212b; --quiet: #5a6876; --line: #dde3e9; --page: #f3f5f7;
   font: 15px/1.5 system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", "DejaVu Sans", sans-serif; }
@@ -22,9 +20,9 @@ p { margin: .2rem 0 1rem; color: var(--quiet); }
 section { margin-top: 1rem; padding: 1rem 1.2rem; border: 1px solid var(--line); border-radius: 12px;
   background: #fff; }
 section > p { max-width: 60rem; margin-bottom: .7rem; font-size: .9rem; }
-dl { display: grid; grid-template-columns: repeat(auto-fit, minmax(9.5rem, 1fr)); gap: 1px; margin: 1rem 0 0;
-  border: 1px solid var(--line); border-radius: 12px; overflow: hidden; background: var(--line); }
-dl div { padding: .7rem .9rem; background: #fff; }
+dl { display: grid; grid-template-columns: repeat(auto-fit, minmax(8.4rem, 1fr)); gap: 1px; margin: 1rem 0 0;
+  border: 1px solid var(--line); border-radius: 12px; overflow: hidden; background: #fff; }
+dl div { padding: .7rem .9rem; outline: 1px solid var(--line); }
 dt { color: var(--quiet); font-size: .8rem; }
 dd { margin: 0; font-size: 1.4rem; font-weight: 650; font-variant-numeric: tabular-nums; }
 dd small { display: block; font-size: .8rem; font-weight: 400; color: var(--quiet); }
@@ -49,24 +47,24 @@ HEADERS = {
 _TOO_FEW = "too few walks"
 
 
-def page_of(venue: str, report: QualityReport) -> bytes:
-    """The report of a version."""
-    told = report.described
+def page_of(venue: str, told: dict[str, Any], picture: bytes) -> bytes:
+    """The report of a version. told : as in JSON.  picture : PNG."""
     made = datetime.fromtimestamp(told["created"] / 1000.0, UTC).strftime("%Y-%m-%d %H:%M UTC")
     counts = f"{told['fingerprints']} survey scans of {told['walks']} walks. Made {made}."
-    picture = base64.b64encode(report.picture).decode()
     body = f"""<h1>{escape(venue)}, radio map version {told["version"]}</h1>
 <p>{counts}</p>
 {_figures(told)}
 <section><h2>Over the plan</h2>
-<p>Left: every walk placed by all the others, one scan at a time, without a filter: where it is dark, phones will be
-placed worse. Right: what was not surveyed, and places that one scan cannot tell apart.</p>
+<p>Left: survey walks placed by the others, one scan at a time, without a filter: where it is dark, phones will be
+placed worse. Middle: what the service promises of the same scans, one by one; sessions do better. Right: what was not
+surveyed, places that one scan cannot tell apart, and where use has shown that the survey no longer holds.</p>
 <img src="data:image/png;base64,{
-        picture
-    }" alt="Error, coverage gaps and look-alike places over each floor's plan"></section>
+        base64.b64encode(picture).decode()
+    }" alt="Error, protection level and open ends over each floor's plan"></section>
+{_resurvey(told["drift"])}
 {_floors(told["floors"])}
 <div class="tables">{_gaps(told["floors"])}{_look_alikes(told["floors"])}{_unsteady(told["access_points"])}{
-        _resurvey(told["drift"])
+        _watched(told["drift"])
     }</div>"""
     return _document(f"{venue}, radio map version {told['version']}", body)
 
@@ -89,16 +87,18 @@ def _document(title: str, body: str, head: str = "") -> bytes:
 
 
 def _figures(told: dict[str, Any]) -> str:
-    error, drift = told["error"], told["drift"]
+    error, level, drift = told["error"], told["level"], told["drift"]
     area = sum(floor["coverage"]["area"] for floor in told["floors"])
     covered = sum(floor["coverage"]["area"] * floor["coverage"]["covered"] for floor in told["floors"])
     figures = {
         "mean error": _metres(error["mean"]),
         "95 % within": _metres(error["quantile_95"]),
+        f"level at {level['risk']:g}": f"{_metres(level['median'])} <small>holds {_percent(level['inside'])}</small>",
         "wrong floor": f"{100.0 * error['wrong_floor'] / error['scans']:.1f} %" if error["scans"] else "–",
         "covered": f"{100.0 * covered / area:.0f} %" if area else "–",
         "smallest risk": f"{_significant(told['risk']['smallest'])} <small>of {told['risk']['walks']} walks</small>",
-        "drift since": f"{100.0 * drift['score']:.1f} % <small>of access points</small>",
+        "drift": f"{_times(drift['score'])} <small>{len(drift['resurvey'])} of {drift['squares']} squares</small>",
+        "watched": f"{100.0 * drift['watched_share']:.1f} % <small>of access points</small>",
     }
     return "<dl>" + "".join(f"<div><dt>{name}</dt><dd>{value}</dd></div>" for name, value in figures.items()) + "</dl>"
 
@@ -112,6 +112,8 @@ def _floors(floors: Sequence[dict[str, Any]]) -> str:
             str(floor["risk"]["walks"]),
             _metres(floor["error"]["mean"]),
             _metres(floor["error"]["quantile_95"]),
+            _metres(floor["level"]["median"]),
+            _percent(floor["level"]["inside"]),
             f"{100.0 * floor['coverage']['covered']:.0f} %",
             _significant(floor["risk"]["smallest"]),
             *(
@@ -121,10 +123,10 @@ def _floors(floors: Sequence[dict[str, Any]]) -> str:
         ]
         for floor in floors
     ]
-    names = ["Floor", "Scans", "Walks", "Mean error", "95 % within", "Covered", "Smallest risk"]
+    names = ["Floor", "Scans", "Walks", "Mean error", "95 % within", "Level", "Holds", "Covered", "Smallest risk"]
     told = (
-        "To calibrate a level at some risk takes 1 / risk - 1 walks. The last columns say what a further walk's worst "
-        "single scan would stay within."
+        "Level: the median of single scans, and how many of their errors it holds. To calibrate one at some risk takes "
+        "1 / risk - 1 walks. The last columns say what a further walk's worst single scan would stay within."
     )
     return _table("Floors", told, [*names, *(f"at risk {risk}" for risk in risks)], rows, words=1)
 
@@ -162,11 +164,34 @@ def _unsteady(access_points: dict[str, Any]) -> str:
 
 def _resurvey(drift: dict[str, Any]) -> str:
     rows = [
-        [f"<code>{escape(one['bssid'])}</code>", escape(one["reason"]), f"{escape(one['floor'])} {_at(one)}"]
-        for one in drift["resurvey"][:16]
+        [
+            f"{escape(one['floor'])} {_at(one)}",
+            escape(one["reason"]),
+            _times(one["ratio"]),
+            f"{one['score']:.1f}",
+            str(one["sessions"]),
+            str(one["scans"]),
+            str(one["unfit"]),
+            str(one["surveyed"]),
+            _day(one["last"]),
+        ]
+        for one in drift["resurvey"]
     ]
-    told = "Access points on the watch list, and where each was heard strongest."
-    return _table("Survey here again", told, ["Access point", "Reason", "Place"], rows, words=3)
+    told = (
+        f"Squares in which scans in use, since {_day(drift['since'])}, are more unlike the map than survey walks that "
+        f"were left out of it. {drift['squares']} were used by enough sessions to tell."
+    )
+    names = ["Place", "Reason", "Unlike", "Score", "Sessions", "Scans", "Unfit", "Survey scans", "Last"]
+    return _table("Survey here again", told, names, rows, words=2)
+
+
+def _watched(drift: dict[str, Any]) -> str:
+    rows = [
+        [f"<code>{escape(one['bssid'])}</code>", escape(one["reason"]), f"{escape(one['floor'])} {_at(one)}"]
+        for one in drift["access_points"][:16]
+    ]
+    told = "On the watch list and left out of every session, and where each was heard strongest."
+    return _table("Watched access points", told, ["Access point", "Reason", "Place"], rows, words=3)
 
 
 def _table(title: str, told: str, names: Sequence[str], rows: Iterable[Sequence[str]], words: int) -> str:
@@ -196,3 +221,15 @@ def _metres(value: float | None) -> str:
 
 def _significant(value: float) -> str:
     return f"{value:.2g}"
+
+
+def _percent(share: float | None) -> str:
+    return "–" if share is None else f"{100.0 * share:.1f} %"
+
+
+def _times(ratio: float | None) -> str:
+    return "–" if ratio is None else f"{ratio:.1f} ×"
+
+
+def _day(time_ms: int) -> str:
+    return datetime.fromtimestamp(time_ms / 1000.0, UTC).strftime("%Y-%m-%d")

@@ -36,11 +36,12 @@ class ActivateBody(BaseModel):
 
 
 class SummaryBody(BaseModel):
-    """Counts. `floors`: fingerprints by floor."""
+    """Counts. `beacons`: Bluetooth ones. `floors`: fingerprints by floor."""
 
     fingerprints: int
     reference_points: int
     access_points: int
+    beacons: int = 0
     floors: dict[str, int]
 
 

@@ -13,7 +13,7 @@ from app.api.batch_columns import LATEST_MS
 from app.api.decoding import Packing, packing_of, read_body
 from app.api.fix_body import FeatureCollectionBody, FixBody, TrackBody, geojson_document, track_document
 from app.api.session_body import OpenedBody, SessionBody, inlined_schema, parse_session
-from app.errors import InvalidInput, UnsupportedMedia
+from app.errors import UnsupportedMedia
 from app.observations import Batch
 from app.services.tracking import Tracking
 
@@ -109,7 +109,7 @@ def sessions_router(tracking: Callable[..., Any], position: Callable[..., Any], 
         to_ms: Annotated[Milliseconds, Query(alias="to", description="`t` until, Unix ms, included")] = None,
         limit: Annotated[int, Query(ge=1, le=LARGEST_PAGE)] = 1000,
         cursor: Annotated[int, Query(ge=-1, le=LARGEST_SEQUENCE, description="`next` of the page before")] = -1,
-        smoothed: Annotated[bool, Query(description="not supported yet: 422")] = False,
+        smoothed: Annotated[bool, Query(description="as all evidence up to the newest Fix has it")] = False,
         accept: Annotated[str, Header(include_in_schema=False)] = "",
         service: Tracking = Depends(tracking),
     ) -> Response:
@@ -117,10 +117,13 @@ def sessions_router(tracking: Callable[..., Any], position: Callable[..., Any], 
 
         With `Accept: application/geo+json` a FeatureCollection in WGS 84: one Point a Fix, whose `geometry` is null
         where the Fix has no position or its floor no georeference.
+
+        With `smoothed=true` each Fix that has a position is moved to where everything measured before and after it says
+        that the walker was: position, accuracy, covariance, heading, protection level and `usable` are those of the
+        smoothed track; what was found at the time stays as it was.
         """
-        if smoothed:
-            raise InvalidInput("the smoothed track is not supported yet", "smoothed")
-        rows = await service.track(session, cursor, limit + 1, from_ms, to_ms)
+        read = service.smoothed.track if smoothed else service.track
+        rows = await read(session, cursor, limit + 1, from_ms, to_ms)
         following = str(rows[limit - 1].sequence) if len(rows) > limit else None
         if GEOJSON in accept:
             return Response(geojson_document(rows[:limit], following), media_type=GEOJSON)

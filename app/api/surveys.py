@@ -101,6 +101,17 @@ _REQUEST = {
                                             },
                                         },
                                     },
+                                    "bluetooth": {
+                                        "type": "array",
+                                        "items": {
+                                            "type": "object",
+                                            "required": ["id", "rssi"],
+                                            "properties": {
+                                                "id": {"type": "string", "description": "uuid:major:minor"},
+                                                "rssi": {"type": "number", "description": "dBm"},
+                                            },
+                                        },
+                                    },
                                 },
                             },
                         },

@@ -16,6 +16,7 @@ from app.errors import InvalidInput
 from app.evaluation.alone import ALONE
 from app.evaluation.campaign import Protocol, read_walks, run, walked_in
 from app.evaluation.integrity import integrity
+from app.evaluation.late_replay import late_rows
 from app.evaluation.plots import error_distribution, error_over_time, shown_walks, tracks
 from app.evaluation.recordings import FloorFolder, floor_folders
 from app.evaluation.replay import Answer
@@ -51,14 +52,16 @@ def evaluate(
     alert_limit: Annotated[float, typer.Option(help="Error that must not pass as usable, metres.")] = 10.0,
     risk: Annotated[float, typer.Option(help="Accepted probability of an error beyond the protection level.")] = 0.01,
     seconds: Annotated[float, typer.Option(help="Longest batch.")] = 1.0,
+    bluetooth: Annotated[bool, typer.Option("--bluetooth", help="Phones report beacons, too.")] = False,
+    smoothed: Annotated[bool, typer.Option("--smoothed", help="Add rows of the smoothed tracks.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print results.json instead of the tables.")] = False,
 ) -> None:
     """Survey with some of the recorded walks, walk the others, and compare every answer with the truth."""
-    protocol = Protocol(folds, _tested(fold or ["0"], folds), limit, seconds, alert_limit, risk)
+    protocol = Protocol(folds, _tested(fold or ["0"], folds), limit, seconds, alert_limit, risk, bluetooth)
     chosen = _chosen(methods)
     folders = floor_folders(site, _split(floors))
     out.mkdir(parents=True, exist_ok=True)
-    answers = _measure(folders, chosen, protocol, jobs)
+    answers = _measure(folders, chosen, protocol, jobs, smoothed)
     results = {"site": site.resolve().name, **document(answers, protocol)}
     (out / "results.json").write_text(json.dumps(results, indent=1) + "\n")
     _draw(answers, folders, out)
@@ -77,7 +80,7 @@ def evaluate(
 
 
 def _measure(
-    folders: Sequence[FloorFolder], methods: Mapping[str, Method], protocol: Protocol, jobs: int
+    folders: Sequence[FloorFolder], methods: Mapping[str, Method], protocol: Protocol, jobs: int, smoothed: bool
 ) -> dict[str, list[Answer]]:
     # without a thread that refreshes it: workers are forked off this process
     with Progress(
@@ -96,7 +99,10 @@ def _measure(
         walks = read_walks(folders, jobs, counter("reading walks", traces))
         warm_up()  # compiled once here, not in every worker
         replays = len(methods) * sum(len(walked_in(walks, protocol, fold)) for fold in protocol.tested)
-        return run(folders, walks, methods, protocol, jobs, counter("walking", replays))
+        answers = run(folders, walks, methods, protocol, jobs, counter("walking", replays))
+        if smoothed:
+            answers |= late_rows(folders, walks, methods, protocol, jobs, counter("smoothing", replays))
+        return answers
 
 
 def _draw(answers: Mapping[str, list[Answer]], folders: Sequence[FloorFolder], out: Path) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 from app.errors import InvalidInput
 from app.evaluation.recordings import FloorFolder, RecordedWalk, is_test_walk, read_walk
 from app.evaluation.replay import Answer, Coverage, replay
-from app.fusion.interface import Method, SessionStart, Site
+from app.fusion.interface import Method, SessionStart, Site, spaces_of
 from app.wifi.fix_calibration import calibrated_map
 
 Advance = Callable[[], None]
@@ -29,6 +29,7 @@ class Protocol:
 
     folds : parts that the walks fall into by the hash of their name.  tested : which of them are walked, one after the
     other, each on a map of the rest.  limit : test walks a floor and fold at most.  seconds : longest batch.
+    bluetooth : phones report beacons, too.
     """
 
     folds: int = 5
@@ -37,6 +38,7 @@ class Protocol:
     seconds: float = 1.0
     alert_limit_m: float = 10.0
     risk: float = 0.01
+    bluetooth: bool = False
 
     def __post_init__(self) -> None:
         if self.folds < 2:
@@ -101,11 +103,11 @@ def parted(
 
 
 def surveyed(floors: Sequence[FloorFolder], survey: Sequence[RecordedWalk]) -> Site:
-    """The site with the map of these walks."""
-    return Site(
-        floors={folder.floor.floor: folder.floor for folder in floors},
-        radio_map=calibrated_map([one for walk in survey for one in walk.fingerprints]),
-    )
+    """The site with the map of these walks, and the walls that its plans draw."""
+    radio_map = calibrated_map([one for walk in survey for one in walk.fingerprints])
+    plans = {folder.floor.floor: folder.plan for folder in floors}
+    named = {folder.floor.floor: folder.floor for folder in floors}
+    return Site(named, radio_map, spaces=spaces_of(named.values(), plans, radio_map))
 
 
 def run(
@@ -197,4 +199,6 @@ def _replay(task: tuple[str, RecordedWalk]) -> list[Answer]:
     protocol = _setting.protocol
     start = SessionStart(alert_limit_m=protocol.alert_limit_m, risk=protocol.risk, start=walk.start)
     method = _setting.methods[name]
-    return replay(method, start, walk, _setting.site, _setting.coverage, protocol.seconds, _setting.fold)
+    return replay(
+        method, start, walk, _setting.site, _setting.coverage, protocol.seconds, _setting.fold, protocol.bluetooth
+    )

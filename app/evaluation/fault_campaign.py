@@ -6,11 +6,12 @@ import math
 import statistics
 import zlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from app.evaluation.campaign import Advance, Protocol, coverage_of, parted, replayed, surveyed
+from app.evaluation.exclusions import InPlay, exclusions, in_play
 from app.evaluation.faulty_walk import Elsewhere, FaultyWalk, Injector, elsewhere_of
 from app.evaluation.recordings import FloorFolder, RecordedWalk
 from app.evaluation.replay import Answer
@@ -28,10 +29,11 @@ WalkKey = tuple[int, str, str]
 
 @dataclass(frozen=True, slots=True)
 class Answered:
-    """Answers to the walks with one fault; window : when it was there, of each walk."""
+    """Answers to the walks with one fault; of each walk window : when it was there, in_play : what is to be found."""
 
     answers: list[Answer]
     window: dict[WalkKey, tuple[float, float]]
+    in_play: dict[WalkKey, InPlay] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,9 +43,10 @@ class FaultScore:
     walks : with an answer under the fault.  alarmed : walks with flag fault meanwhile.  alarmed_in_time : within
     DETECTION_S.  median_alert_s : of those alarmed, from the first answer under the fault.  missed : walks with a
     hazardous answer later than DETECTION_S and no alarm before it.  hazardous_late : share of answers after DETECTION_S
-    that are hazardous.  inside_level : share of positions.  error_usable_m, error_end_m : mean error of usable answers,
-    and at the last position under the fault.  waypoints_m, waypoints_clean_m : mean error at covered waypoints of these
-    walks, all along, with the fault and without it.
+    that are hazardous, hazardous_unalerted : and before any alarm.  inside_level : share of positions.  error_usable_m,
+    error_end_m : mean error of usable answers, and at the last position under the fault.  waypoints_m,
+    waypoints_clean_m : mean error at covered waypoints of these walks, all along, with the fault and without it.
+    faulty_found, sound_excluded : shares of the faulty and of the sound access points that were left out at any time.
     """
 
     walks: int
@@ -54,11 +57,14 @@ class FaultScore:
     usable: float
     hazardous: float
     hazardous_late: float
+    hazardous_unalerted: float
     inside_level: float
     error_usable_m: float
     error_end_m: float
     waypoints_m: float
     waypoints_clean_m: float
+    faulty_found: float
+    sound_excluded: float
 
 
 def injected(
@@ -108,10 +114,17 @@ def run_faults(
         rows |= {fault: injected(walked, elsewhere, fault, injector, seed) for fault, injector in faults.items()}
         for fault, faulty in rows.items():
             window = {(fold, f.walk.floor, f.walk.trace.trace): (f.begin_s, f.end_s) for f in faulty}
+            as_recorded = {(walk.floor, walk.trace.trace): walk for walk in walked}
+            playing = {
+                (fold, *key): in_play(f, as_recorded[key])
+                for f in faulty
+                if (key := (f.walk.floor, f.walk.trace.trace))
+            }
             of_fold = replayed(site, coverage, [f.walk for f in faulty], methods, protocol, fold, jobs, done)
             for name, answers in of_fold.items():
                 found[name][fault].answers.extend(answers)
                 found[name][fault].window.update(window)
+                found[name][fault].in_play.update(playing)
     return found
 
 
@@ -126,26 +139,41 @@ def fault_score(faulty: Answered, clean: Sequence[Answer], alert_limit_m: float)
     hazards = [
         [a.time_s - found[0].time_s for a in found if a.usable and a.beyond(alert_limit_m)] for found in under.values()
     ]
-    late = [any(DETECTION_S < at_s < wait_s for at_s in times) for times, wait_s in zip(hazards, waits, strict=True)]
+    late = [sum(DETECTION_S < at_s < wait_s for at_s in times) for times, wait_s in zip(hazards, waits, strict=True)]
     ends = [[a.error_m for a in found if a.error_m is not None][-1:] for found in under.values()]
     answers = [a for found in under.values() for a in found]
     after = sum(a.time_s - found[0].time_s > DETECTION_S for found in under.values() for a in found)
     placed = [a for a in answers if a.error_m is not None]
+    out = exclusions(faulty.answers, faulty.in_play)
     return FaultScore(
         walks=len(under),
         alarmed=sum(map(math.isfinite, waits)),
         alarmed_in_time=sum(wait_s <= DETECTION_S for wait_s in waits),
         median_alert_s=quantile([wait_s for wait_s in waits if math.isfinite(wait_s)], 0.5),
-        missed=sum(late),
+        missed=sum(count > 0 for count in late),
         usable=_share(sum(a.usable for a in answers), len(answers)),
         hazardous=_share(sum(map(len, hazards)), len(answers)),
         hazardous_late=_share(sum(at_s > DETECTION_S for times in hazards for at_s in times), after),
+        hazardous_unalerted=_share(sum(late), after),
         inside_level=_share(sum(not a.beyond(a.protection_level_m) for a in placed), len(placed)),
         error_usable_m=_mean([a.error_m for a in answers if a.usable and a.error_m is not None]),
         error_end_m=_mean([error_m for last in ends for error_m in last]),
         waypoints_m=_mean(_waypoint_errors(faulty.answers)),
         waypoints_clean_m=_mean(_waypoint_errors([a for a in clean if _walk(a) in faulty.window])),
+        faulty_found=_share(out.found, out.faulty),
+        sound_excluded=_share(out.wrong, out.sound),
     )
+
+
+def at_limit(answered: Answered, alert_limit_m: float) -> Answered:
+    """What sessions with a smaller alert limit than these had would have been told."""
+
+    def told(answer: Answer) -> Answer:
+        level_m = answer.protection_level_m
+        usable = answer.usable and level_m is not None and level_m <= alert_limit_m
+        return replace(answer, usable=usable, alert_limit_m=alert_limit_m)
+
+    return replace(answered, answers=list(map(told, answered.answers)))
 
 
 def _until_alarm_s(answers: Sequence[Answer]) -> float:

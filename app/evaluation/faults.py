@@ -18,12 +18,29 @@ from app.evaluation.phone_faults import (
     without_rotation_vector,
     wrong_start,
 )
-from app.evaluation.radio_faults import attenuated, moved, repeated, replay, rogue, silent, stale, thinned
+from app.evaluation.radio_faults import (
+    attenuated,
+    duplicated,
+    moved,
+    repeated,
+    replay,
+    rogue,
+    silent,
+    spoofed,
+    stale,
+    swapped,
+    thinned,
+    vanished,
+)
 
 FAULTS: Mapping[str, Injector] = {
     "replay": replay,
     "rogue": rogue,
     "moved": moved,
+    "swapped": swapped,
+    "spoofed": spoofed,
+    "duplicated": duplicated,
+    "vanished": vanished,
     "offset": attenuated,
     "half_gone": thinned,
     "stale_map": stale,

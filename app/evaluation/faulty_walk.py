@@ -27,11 +27,12 @@ class Elsewhere:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FaultyWalk:
-    """A walk with a fault that is there from begin_s to end_s."""
+    """A walk with a fault that is there from begin_s to end_s. access_points : those that are not as surveyed."""
 
     walk: RecordedWalk
     begin_s: float
     end_s: float
+    access_points: frozenset[int] = frozenset()
 
 
 Injector = Callable[[RecordedWalk, Elsewhere, Dice], FaultyWalk | None]

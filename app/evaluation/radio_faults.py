@@ -17,6 +17,7 @@ HEARING_DBM = -100.0
 """Weaker than this, nothing is reported."""
 _RELAY_NOISE_DB = 1.5
 _RELAY_AGE_S = 0.2
+_IMITATED_DBM = (-60.0, -45.0)
 _UNKNOWN = 0x0A << 40  # locally administered: no recorded access point has such an address
 
 
@@ -43,14 +44,61 @@ def rogue(walk: RecordedWalk, elsewhere: Elsewhere, dice: Dice, count: int = 10)
 
 def moved(walk: RecordedWalk, elsewhere: Elsewhere, dice: Dice, share: float = 0.3) -> FaultyWalk | None:
     """Some access points stand elsewhere since the survey: they are heard as they are at a place FAR_M away or more."""
-    names = _names((*walk.trace.scans, *elsewhere.scans))
-    carried = dice.choice(names, int(share * len(names)), replace=False)
+    carried = _some(_names((*walk.trace.scans, *elsewhere.scans)), dice, share)
 
-    def swapped(own: WifiScan, foreign: WifiScan) -> WifiScan:
+    def there(own: WifiScan, foreign: WifiScan) -> WifiScan:
         stays = _part(own, ~np.isin(own.bssid, carried))
         return _joined(stays, _part(foreign, np.isin(foreign.bssid, carried)))
 
-    return _relayed(walk, elsewhere, dice, swapped, float(walk.trace.waypoint_time_s[0]))
+    return _with(carried, _relayed(walk, elsewhere, dice, there, float(walk.trace.waypoint_time_s[0])))
+
+
+def duplicated(walk: RecordedWalk, elsewhere: Elsewhere, dice: Dice, share: float = 0.2) -> FaultyWalk | None:
+    """Some addresses are on the air twice: here, and as at a place FAR_M away or more; the louder one is reported."""
+    twice = _some(_names((*walk.trace.scans, *elsewhere.scans)), dice, share)
+
+    def louder(own: WifiScan, foreign: WifiScan) -> WifiScan:
+        other = _part(foreign, np.isin(foreign.bssid, twice))
+        _, in_own, in_other = np.intersect1d(own.bssid, other.bssid, return_indices=True)
+        own_wins = own.rssi_dbm[in_own] >= other.rssi_dbm[in_other]
+        return _joined(
+            _part(own, ~np.isin(own.bssid, own.bssid[in_own[~own_wins]])),
+            _part(other, ~np.isin(other.bssid, other.bssid[in_other[own_wins]])),
+        )
+
+    return _with(twice, _relayed(walk, elsewhere, dice, louder, float(walk.trace.waypoint_time_s[0])))
+
+
+def swapped(walk: RecordedWalk, elsewhere: Elsewhere, dice: Dice, share: float = 0.2) -> FaultyWalk:
+    """Of the access points that the walk hears some have changed places, two and two."""
+    pairs = dice.permutation(_some(_names(walk.trace.scans), dice, share))
+    pairs = pairs[: len(pairs) // 2 * 2].reshape(2, -1)
+    sounds_as = dict(zip(pairs.ravel().tolist(), pairs[::-1].ravel().tolist(), strict=True))
+
+    def exchanged(scan: WifiScan) -> WifiScan:
+        return replace(scan, bssid=np.array([sounds_as.get(one, one) for one in scan.bssid.tolist()], np.int64))
+
+    return replace(_throughout(walk, exchanged), access_points=frozenset(sounds_as))
+
+
+def spoofed(walk: RecordedWalk, elsewhere: Elsewhere, dice: Dice, share: float = 0.2) -> FaultyWalk:
+    """Of the access points that the walk hears some are imitated by what goes along: strong, and as strong anywhere."""
+    names = _some(_names(walk.trace.scans), dice, share)
+    strength_dbm = dice.uniform(*_IMITATED_DBM, len(names))
+
+    def imitated(scan: WifiScan) -> WifiScan:
+        rssi_dbm = np.round(strength_dbm + dice.normal(0.0, _RELAY_NOISE_DB, len(names)))
+        loud = WifiScan(scan.time_s, names, rssi_dbm, np.full(len(names), scan.time_s - _RELAY_AGE_S))
+        return _joined(_part(scan, ~np.isin(scan.bssid, names)), loud)
+
+    return replace(_throughout(walk, imitated), access_points=frozenset(names.tolist()))
+
+
+def vanished(walk: RecordedWalk, elsewhere: Elsewhere, dice: Dice, share: float = 0.2) -> FaultyWalk:
+    """Of the access points that the walk hears some are gone."""
+    gone = _some(_names(walk.trace.scans), dice, share)
+    without = _throughout(walk, lambda scan: _part(scan, ~np.isin(scan.bssid, gone)))
+    return replace(without, access_points=frozenset(gone.tolist()))
 
 
 def attenuated(walk: RecordedWalk, elsewhere: Elsewhere, dice: Dice, offset_db: float = -15.0) -> FaultyWalk:
@@ -60,9 +108,7 @@ def attenuated(walk: RecordedWalk, elsewhere: Elsewhere, dice: Dice, offset_db: 
 
 def thinned(walk: RecordedWalk, elsewhere: Elsewhere, dice: Dice, share: float = 0.5) -> FaultyWalk:
     """A share of the access points that the walk hears is gone."""
-    names = _names(walk.trace.scans)
-    gone = dice.choice(names, int(share * len(names)), replace=False)
-    return _throughout(walk, lambda scan: _part(scan, ~np.isin(scan.bssid, gone)))
+    return vanished(walk, elsewhere, dice, share)
 
 
 def stale(
@@ -126,6 +172,16 @@ def _relayed(
         seen_s = foreign.seen_s + (scan.time_s - foreign.time_s)
         scans.append(mixed(scan, WifiScan(scan.time_s, foreign.bssid, rssi_dbm, seen_s)))
     return FaultyWalk(with_trace(walk, scans=tuple(scans)), own[0].time_s, float(trace.waypoint_time_s[-1]))
+
+
+def _with(names: IntArray, faulty: FaultyWalk | None) -> FaultyWalk | None:
+    return None if faulty is None else replace(faulty, access_points=frozenset(names.tolist()))
+
+
+def _some(names: IntArray, dice: Dice, share: float) -> IntArray:
+    """A share of them, each once, and one at least where there is any."""
+    count = max(int(share * len(names)), min(1, len(names)))
+    return np.asarray(dice.choice(names, count, replace=False), np.int64)
 
 
 def _names(scans: Sequence[WifiScan]) -> IntArray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from app.errors import InvalidInput
 from app.estimation.arrays import FloatArray
 from app.evaluation.truth import scan_places
 from app.floorplan.georeference import Georeference
+from app.floorplan.plan import accept_plan
 from app.fusion.interface import Floor
 from app.observations import Position
 from app.survey.placement import fingerprints_of
@@ -23,11 +24,16 @@ from app.wifi.fingerprint import Fingerprint
 
 @dataclass(frozen=True, slots=True)
 class FloorFolder:
-    """One floor on disk. image : the raster plan, None where there is none.  traces : in the order of their names."""
+    """One floor on disk.
+
+    image, plan : the raster plan, and GeoJSON repaired as by the service; None where there is none.
+    traces : in the order of their names.
+    """
 
     floor: Floor
     image: Path | None
     traces: tuple[Path, ...]
+    plan: Mapping[str, Any] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,9 +92,10 @@ def _floor_folder(folder: Path) -> FloorFolder:
         width_m, height_m = float(size["width"]), float(size["height"])
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InvalidInput(f"{folder} is not a floor: {error}", folder.name) from error
-    image = folder / "floor_image.png"
-    floor = Floor(folder.name, _level(folder.name), width_m, height_m, _georeference(folder / "geojson_map.json"))
-    return FloorFolder(floor, image if image.exists() else None, tuple(traces))
+    image, drawn = folder / "floor_image.png", folder / "geojson_map.json"
+    plan, georeference = _plan(drawn) if drawn.exists() else (None, None)
+    floor = Floor(folder.name, _level(folder.name), width_m, height_m, georeference)
+    return FloorFolder(floor, image if image.exists() else None, tuple(traces), plan)
 
 
 def _level(name: str) -> int:
@@ -97,16 +104,14 @@ def _level(name: str) -> int:
     return -number if name.startswith("B") else number - 1
 
 
-def _georeference(plan: Path) -> Georeference | None:
-    """The frame's origin is the south-west corner of the plan's first feature."""
-    if not plan.exists():
-        return None
+def _plan(path: Path) -> tuple[Mapping[str, Any], Georeference]:
+    """The plan, and its place: the frame's origin is the south-west corner of the first feature."""
     try:
-        outline = json.loads(plan.read_text())["features"][0]["geometry"]["coordinates"]
-        longitudes, latitudes = zip(*_points(outline), strict=True)
+        plan = accept_plan(json.loads(path.read_text())).plan
+        longitudes, latitudes = zip(*_points(plan["features"][0]["geometry"]["coordinates"]), strict=True)
     except (ValueError, KeyError, IndexError, TypeError) as error:
-        raise InvalidInput(f"{plan} is not a floor plan: {error!r}", plan.name) from error
-    return Georeference(min(latitudes), min(longitudes), 0.0)
+        raise InvalidInput(f"{path} is not a floor plan: {error!r}", path.name) from error
+    return plan, Georeference(min(latitudes), min(longitudes), 0.0)
 
 
 def _points(node: Any) -> Iterator[tuple[float, float]]:

@@ -26,6 +26,7 @@ class Answer:
 
     waypoint : the truth is exact here.  scanned : the phone has sent a scan by now.  error_m : horizontal, None without
     a position.  covariance_m2 : ((xx, xy), (xy, yy)).  spent_s : what the method took for the batch.
+    excluded : access points that are left out.
     """
 
     fold: int
@@ -46,6 +47,7 @@ class Answer:
     protection_level_m: float | None
     alert_limit_m: float
     spent_s: float
+    excluded: frozenset[int] = frozenset()
 
     def beyond(self, bound_m: float | None) -> bool:
         """Whether the truth is outside a radius: a wrong floor, no position and no radius are outside."""
@@ -74,15 +76,16 @@ def replay(
     coverage: Coverage,
     seconds: float,
     fold: int = 0,
+    bluetooth: bool = False,
 ) -> list[Answer]:
-    """Every answer to the batches of a walk.
+    """Every answer to the batches of a walk. bluetooth : they hold what was heard of beacons, too.
 
     Raises
     ------
     SurefixError : a position that is not finite; the answer would be worthless and its figures silently wrong.
     """
     trace = walk.trace
-    batches = list(batches_of(trace, seconds))
+    batches = list(batches_of(trace, seconds, bluetooth))
     ends = np.array([batch.end_s for batch in batches])
     truth = places_at(trace, ends)
     covered = coverage.covers(walk.floor, truth)
@@ -119,6 +122,7 @@ def replay(
                 protection_level_m=fix.integrity.protection_level_m,
                 alert_limit_m=start.alert_limit_m,
                 spent_s=spent_s,
+                excluded=frozenset(one.bssid for one in fix.integrity.excluded if one.bssid is not None),
             )
         )
     return answers

@@ -123,28 +123,35 @@ def fault_table(scores: Mapping[str, FaultScore], title: str) -> Table:
         "usable",
         "hazar-\ndous",
         "later\nthan 6 s",
+        "without\nalarm",
     ]
-    columns += ["in\nlevel", "error\nusable", "error\nat end", "way-\npoints", "clean"]
+    columns += ["in\nlevel", "error\nusable", "error\nat end", "way-\npoints", "clean", "APs\nfound", "wrongly\nout"]
     table = _table(title, columns)
     for fault, one in scores.items():
         table.add_row(
             fault,
             *(str(count) for count in (one.walks, one.alarmed, one.alarmed_in_time)),
             _number(one.median_alert_s, 1),
-            str(one.missed),
+            f"{one.missed} ({_percent(one.missed / one.walks if one.walks else math.nan)})",
             _percent(one.usable),
             _percent(one.hazardous, 2),
             _percent(one.hazardous_late, 2),
+            _percent(one.hazardous_unalerted, 2),
             _percent(one.inside_level),
             *(_number(m, 2) for m in (one.error_usable_m, one.error_end_m, one.waypoints_m, one.waypoints_clean_m)),
+            _percent(one.faulty_found, 0),
+            _percent(one.sound_excluded, 2),
         )
     return table
 
 
-def fault_document(scores: Mapping[str, Mapping[str, FaultScore]], protocol: Protocol, seed: int) -> dict[str, Any]:
-    """The campaign as JSON: `methods.<method>.<fault>`; null where there is none."""
-    methods = {name: {fault: asdict(one) for fault, one in rows.items()} for name, rows in scores.items()}
-    plain: dict[str, Any] = _plain({"protocol": asdict(protocol), "seed": seed, "methods": methods})
+def fault_document(scores: Mapping[float, Mapping[str, Mapping[str, FaultScore]]]) -> dict[str, Any]:
+    """The campaign as JSON: `limits.<alert limit>.<method>.<fault>`; null where there is none."""
+    limits = {
+        f"{limit_m:g}": {name: {fault: asdict(one) for fault, one in rows.items()} for name, rows in methods.items()}
+        for limit_m, methods in scores.items()
+    }
+    plain: dict[str, Any] = _plain({"limits": limits})
     return plain
 
 

@@ -33,15 +33,16 @@ def cut_times_ms(trace: Trace, seconds: float) -> IntArray:
     return np.union1d(waypoints, np.array(regular, dtype=np.int64))
 
 
-def batches_of(trace: Trace, seconds: float = 1.0) -> Iterator[Batch]:
+def batches_of(trace: Trace, seconds: float = 1.0, bluetooth: bool = False) -> Iterator[Batch]:
     """The walk as the phone sends it: each batch holds every sample up to its end and not one later.
 
     The first ends at the first waypoint and holds whatever was recorded before it.
 
     Parameters
     ----------
-    seconds : longest batch.
+    seconds : longest batch.  bluetooth : send what was heard of beacons, too.
     """
+    heard = trace.bluetooth if bluetooth else ()
     after_s = -np.inf
     for sequence, cut_ms in enumerate(cut_times_ms(trace, seconds).tolist()):
         end_s = cut_ms / 1000.0  # as sample times are made, so that a sample at the cut compares equal
@@ -53,6 +54,7 @@ def batches_of(trace: Trace, seconds: float = 1.0) -> Iterator[Batch]:
             magnetometer=_between(trace.magnetometer, after_s, end_s),
             rotation_vector=_between(trace.rotation_vector, after_s, end_s),
             wifi=tuple(scan for scan in trace.scans if after_s < scan.time_s <= end_s),
+            bluetooth=tuple(scan for scan in heard if after_s < scan.time_s <= end_s),
         )
         after_s = end_s
 

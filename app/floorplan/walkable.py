@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
+from scipy.ndimage import binary_erosion
 
 from app.estimation.arrays import BoolArray, FloatArray
 from app.floorplan.georeference import Georeference
@@ -22,14 +23,20 @@ def plan_polygons(plan: Mapping[str, Any], georeference: Georeference) -> list[l
 
 
 def walkable_cells(
-    features: list[list[Polygon]], visited_xy_m: FloatArray, size_m: tuple[float, float], cell_m: float
+    features: list[list[Polygon]],
+    visited_xy_m: FloatArray,
+    size_m: tuple[float, float],
+    cell_m: float,
+    visits: int = 1,
+    depth_m: float = 0.0,
 ) -> BoolArray:
     """Which cells of a grid over the floor can be walked on, judged at their centres.
 
     Parameters
     ----------
     features : as plan_polygons gives them; none: everything within the frame.
-    visited_xy_m : (n, 2) places that somebody has been to; a room with one of them is no obstacle.
+    visited_xy_m : (n, 2) places that somebody has been to; a room with so many visits of them, so deep inside of it, is
+    no obstacle.
     size_m : east and north.  cell_m : side of a cell.
 
     Returns
@@ -44,7 +51,8 @@ def walkable_cells(
     walkable = _inside(features[0], shape, cell_m)
     for room in features[1:]:
         covered = _inside(room, shape, cell_m)
-        if not covered[row[within], column[within]].any():
+        inner = binary_erosion(covered, iterations=round(depth_m / cell_m)) if depth_m >= cell_m else covered
+        if np.count_nonzero(inner[row[within], column[within]]) < visits:
             walkable &= ~covered
     return walkable
 

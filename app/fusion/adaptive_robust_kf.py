@@ -22,10 +22,10 @@ from app.fusion.floor_choice import chosen_floor
 from app.fusion.heading_search import HeadingSearch, begun_at, found, walked
 from app.fusion.interface import START_SIGMA_M, Method, SessionStart, Site
 from app.fusion.robust_measuring import error_variance_m2, process_noise, robust_update, same_place
-from app.fusion.scan_matching import match_scan
+from app.fusion.scan_matching import match_scan, said
 from app.fusion.state_codec import storable
 from app.integrity.fault_detection import streak_after
-from app.observations import Batch, Fix, InnovationCheck, Motion, Position, WifiScan
+from app.observations import Batch, Fix, InnovationCheck, Motion, Position, RadioFix, Step, WifiScan
 from app.pdr.step_length import linear_length_m, swing_of_mps2
 from app.pdr.tracker import PdrOutput, PdrState, initial_pdr_state
 from app.pdr.walking_context import WalkingContext, context_after
@@ -70,16 +70,17 @@ def advance(
     state: AdaptiveRobustState, batch: Batch, site: Site, settings: AdaptiveRobustSettings
 ) -> tuple[AdaptiveRobustState, Fix]:
     """The state after a batch, and the best estimate at its end."""
-    checks: list[InnovationCheck] = []
+    checks, evidence = list[InnovationCheck](), list[Step | RadioFix]()
     moved: PdrOutput | None = None
     for event in events(state.pdr, state.time_s, batch):
         moved = event.moved
+        evidence += moved.steps
         state = _moved(state, event, settings)
         if event.scan is not None:
-            state = _scanned(state, event.scan, moved, site, settings, checks)
+            state = _scanned(state, event.scan, moved, site, settings, checks, evidence)
     if moved is None:
         raise RuntimeError("a batch has an end")
-    return state, _fix(state, moved, settings, tuple(checks))
+    return state, replace(_fix(state, moved, settings, tuple(checks)), evidence=tuple(evidence))
 
 
 def _moved(state: AdaptiveRobustState, event: Event, settings: AdaptiveRobustSettings) -> AdaptiveRobustState:
@@ -117,6 +118,7 @@ def _scanned(
     site: Site,
     settings: AdaptiveRobustSettings,
     checks: list[InnovationCheck],
+    evidence: list[Step | RadioFix],
 ) -> AdaptiveRobustState:
     match = match_scan(site.radio_map, scan, settings.matcher, settings.least_known)
     if match is None or site.radio_map is None or state.time_s is None:
@@ -132,10 +134,12 @@ def _scanned(
     state = replace(state, floor=floor, radio_s=scan.time_s, surroundings=surroundings)
     variance_m2, track = error_variance_m2(match, settings), state.track
     if track is None or changed:
+        evidence.append(said(scan, floor.floor, match, variance_m2, fits=True))
         return _begun(state, match.xy_m, variance_m2, settings)
 
     updated = robust_update(track, scan.time_s, match.xy_m, variance_m2, moved, settings)
     checks.append(updated.check)
+    evidence.append(said(scan, floor.floor, match, variance_m2, not updated.phases.if2))
     streak = streak_after(state.streak, updated.phases.if2)
     fault = streak >= settings.fault_after
     apart_m = updated.check.innovation.copy() if updated.phases.if2 else None

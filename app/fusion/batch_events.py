@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from app.observations import Batch, WifiScan
+from app.observations import Batch, BluetoothScan, WifiScan
 from app.pdr import attitude_state
 from app.pdr.tracker import PdrOutput, PdrState, advance_pdr
 
@@ -23,30 +23,37 @@ class Event:
     """What happened up to a moment.
 
     time_s : the moment; None in a session that has reported nothing yet.  pdr : dead reckoning's state then.
-    moved : what it says of the samples since the event before.  scan : delivered at the moment, or None at the end.
+    moved : what it says of the samples since the event before.  scan, beacons : what was delivered at the
+    moment, one of the two; both None at the end.
     """
 
     time_s: float | None
     pdr: PdrState
     moved: PdrOutput
     scan: WifiScan | None
+    beacons: BluetoothScan | None = None
 
 
-def events(pdr: PdrState, time_s: float | None, batch: Batch) -> Iterator[Event]:
+def events(pdr: PdrState, time_s: float | None, batch: Batch, bluetooth: bool = False) -> Iterator[Event]:
     """Every scan of the batch in order of time, then the end of the batch.
 
     Parameters
     ----------
     pdr, time_s : as the last event of the batch before left them.
+    bluetooth : scans of beacons are events, too.
 
     Notes
     -----
     Time never runs back: a scan older than what was reported before counts as delivered now.
     """
-    for scan in sorted(batch.wifi, key=lambda one: one.time_s):
+    scans: tuple[WifiScan | BluetoothScan, ...] = (*batch.wifi, *batch.bluetooth) if bluetooth else batch.wifi
+    for scan in sorted(scans, key=lambda one: one.time_s):
         pdr, moved = advance_pdr(pdr, batch, until_s=scan.time_s)
         time_s = scan.time_s if time_s is None else max(time_s, scan.time_s)
-        yield Event(time_s, pdr, moved, scan)
+        if isinstance(scan, WifiScan):
+            yield Event(time_s, pdr, moved, scan)
+        else:
+            yield Event(time_s, pdr, moved, None, scan)
     pdr, moved = advance_pdr(pdr, batch)
     yield Event(end_of(batch, time_s), pdr, moved, None)
 

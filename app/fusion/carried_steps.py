@@ -59,6 +59,12 @@ class CarriedStep:
     north: bool
     end_known: bool = True
 
+    @property
+    def told(self) -> Step:
+        """The step as evidence; its heading may be any where north or the end is unknown."""
+        known = self.north and self.end_known
+        return replace(self.step, heading_sigma_rad=math.sqrt(self.heading_variance) if known else math.pi)
+
 
 def taken(
     carried: Carried, step: Step, batch: Batch, until_s: float | None, settings: DualSettings

@@ -26,7 +26,7 @@ from app.fusion.interface import START_SIGMA_M, Method, SessionStart, Site
 from app.fusion.state_codec import storable
 from app.fusion.walking_track import Track, aged, ahead_m, begun, headed, place, speed_mps, unbiased
 from app.integrity.fault_detection import is_fault, monitored_update, streak_after
-from app.observations import Batch, Carrying, Fix, InnovationCheck, Motion, Position, WifiScan
+from app.observations import Batch, Carrying, Fix, InnovationCheck, Motion, Position, RadioFix, Step, WifiScan
 from app.pdr.carried_phone import advance_carried
 from app.pdr.rmpca import LOOKED_AT
 from app.pdr.tracker import PdrOutput, PdrState, initial_pdr_state
@@ -71,19 +71,21 @@ def start(session: SessionStart) -> DualState:
 
 def advance(state: DualState, batch: Batch, site: Site, settings: DualSettings) -> tuple[DualState, Fix]:
     """The state after a batch, and the best estimate at its end."""
-    checks: list[InnovationCheck] = []
+    checks, evidence = list[InnovationCheck](), list[Step | RadioFix]()
     moved: PdrOutput | None = None
     for event in events(state.pdr, state.time_s, batch):
         moved = event.moved
-        state = _moved(state, event, batch, settings)
+        state = _moved(state, event, batch, settings, evidence)
         if event.scan is not None:
-            state = _scanned(state, event.scan, moved, site, settings, checks)
+            state = _scanned(state, event.scan, moved, site, settings, checks, evidence)
     if moved is None:
         raise RuntimeError("a batch has an end")
-    return state, _fix(state, moved, settings, tuple(checks))
+    return state, replace(_fix(state, moved, settings, tuple(checks)), evidence=tuple(evidence))
 
 
-def _moved(state: DualState, event: Event, batch: Batch, settings: DualSettings) -> DualState:
+def _moved(
+    state: DualState, event: Event, batch: Batch, settings: DualSettings, evidence: list[Step | RadioFix]
+) -> DualState:
     """Steps and time that passed since the event before."""
     track, search, carried, count = state.track, state.search, state.carried, state.step_count
     if track is None and state.start.start is not None and event.time_s is not None:
@@ -98,6 +100,7 @@ def _moved(state: DualState, event: Event, batch: Batch, settings: DualSettings)
         if one is None:
             continue
         count += 1
+        evidence.append(one.told)
         if track is not None and settings.use_steps:
             search = walked(search, one.step) if turns or one.north else HeadingSearch()
             track = moved_on(_faced(track, one, carried, turns), one, settings)
@@ -143,6 +146,7 @@ def _scanned(
     site: Site,
     settings: DualSettings,
     checks: list[InnovationCheck],
+    evidence: list[Step | RadioFix],
 ) -> DualState:
     if site.radio_map is None or state.time_s is None or (state.radio_s is not None and not settings.use_scans):
         return state
@@ -158,7 +162,9 @@ def _scanned(
         return state
     state = replace(state, floor=floor, radio_s=scan.time_s)
     noise, bias_m2 = _noise_of(match, settings)
+    heard = RadioFix(scan.time_s, floor.floor, match.xy_m, noise, bias_m2, match.signal_distance, fits=True)
     if state.track is None or changed:
+        evidence.append(heard)
         track = begun(match.xy_m, noise, bias_m2, now_s, settings.track, state.track)
         return replace(state, track=track, search=HeadingSearch(), streak=0, phases=Phases())
 
@@ -173,6 +179,7 @@ def _scanned(
         "wifi", scan.time_s, expectation[0], tested.sigma, tested.statistic, tested.threshold, rejected, not rejected
     )
     checks.append(check)
+    evidence.append(replace(heard, fits=not rejected))
     streak = streak_after(state.streak, tested.if2)
     fault = is_fault(streak, settings.monitor)
     phases = phases_of(tested, check, fault)

@@ -42,11 +42,17 @@ class Walker:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Estimate:
-    """A position with its covariance (2, 2), and how heavy the tails of its errors are (1: a Gaussian's)."""
+    """A position with its covariance (2, 2).
+
+    tail : how heavy the tails of its errors are (1: a Gaussian's).  accuracy_m, level_m : radii that hold 68 % and
+    1 - risk, of an estimate that knows them better than its covariance does.
+    """
 
     position: Position
     covariance_m2: FloatArray
-    tail: float
+    tail: float = 1.0
+    accuracy_m: float | None = None
+    level_m: float | None = None
 
 
 def flag_of(phases: Phases, coasting: bool) -> Flag:
@@ -86,10 +92,14 @@ def assembled_fix(
     coasting: bool,
     checks: tuple[InnovationCheck, ...],
 ) -> Fix:
-    """The answer with a position; accuracy and protection level follow from the covariance."""
+    """The answer with a position; accuracy and protection level follow from its covariance where it has no own."""
     spread = estimate.covariance_m2
-    level_m = max(protection_level_m(spread, start.risk, estimate.tail, phases.disagreement_m), phases.covers_m)
-    accuracy_m = radius_holding(spread, ACCURACY_SHARE)
+    level_m, accuracy_m = estimate.level_m, estimate.accuracy_m
+    if level_m is None:
+        level_m = protection_level_m(spread, start.risk, estimate.tail, phases.disagreement_m)
+    if accuracy_m is None:
+        accuracy_m = radius_holding(spread, ACCURACY_SHARE)
+    level_m = max(level_m, phases.covers_m)
     integrity = Integrity(
         flag=flag_of(phases, coasting),
         usable=not phases.if3 and level_m <= start.alert_limit_m,

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from app.fusion.particle_cloud import Cloud
 from app.fusion.state_codec import storable
-from app.fusion.walking_track import Track
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,13 +51,15 @@ class HypothesisSettings:
 class Rivalry:
     """The rival and its record.
 
+    witness_s : the newest scan that counts.
     contradictions : scans in a row that speak against the first track.  fault : whether the phone has been warned.
     for_first : scans in a row that bear out the first track.  for_rival : those that bear out the rival alone.
     walked_m : steps since the rival began.
     taken_over : whether what answers now was the rival, and the rival is the account it took over from.
     """
 
-    rival: Track
+    rival: Cloud
+    witness_s: float
     contradictions: int = 1
     fault: bool = False
     for_first: int = 0
@@ -66,11 +68,15 @@ class Rivalry:
     taken_over: bool = False
 
 
-def judged(rivalry: Rivalry, first_fits: bool, rival_fits: bool, settings: HypothesisSettings) -> Rivalry:
-    """The record after one more scan."""
+def judged(
+    rivalry: Rivalry, first_fits: bool, rival_fits: bool, time_s: float, settings: HypothesisSettings
+) -> Rivalry:
+    """The record after one more scan, at this time. One that only repeats what the record counts is not to be judged:
+    it is no second witness."""
     contradictions = 0 if first_fits else rivalry.contradictions + 1
     return replace(
         rivalry,
+        witness_s=time_s,
         contradictions=contradictions,
         fault=rivalry.fault or contradictions >= settings.fault_after,
         for_first=rivalry.for_first + 1 if first_fits else 0,
@@ -92,7 +98,7 @@ def rival_wins(rivalry: Rivalry, settings: HypothesisSettings) -> bool:
     return rivalry.for_rival >= enough and rivalry.walked_m >= far_m
 
 
-def exchanged(rivalry: Rivalry, first: Track) -> Rivalry:
+def exchanged(rivalry: Rivalry, first: Cloud) -> Rivalry:
     """The rivalry after the rival has taken over from the first track, or has been put back."""
     return replace(
         rivalry,

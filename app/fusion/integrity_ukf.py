@@ -33,7 +33,7 @@ from app.fusion.walking_track import (
     unbiased,
 )
 from app.integrity.fault_detection import is_fault, streak_after
-from app.observations import Batch, Fix, InnovationCheck, Position, WifiScan
+from app.observations import Batch, Fix, InnovationCheck, Position, RadioFix, Step, WifiScan
 from app.pdr.tracker import PdrOutput, PdrState, initial_pdr_state
 from app.wifi.floor_decision import FloorBelief
 
@@ -70,16 +70,17 @@ def start(session: SessionStart) -> IntegrityState:
 
 def advance(state: IntegrityState, batch: Batch, site: Site, settings: IntegritySettings) -> tuple[IntegrityState, Fix]:
     """The state after a batch, and the best estimate at its end."""
-    checks: list[InnovationCheck] = []
+    checks, evidence = list[InnovationCheck](), list[Step | RadioFix]()
     moved: PdrOutput | None = None
     for event in events(state.pdr, state.time_s, batch):
         moved = event.moved
+        evidence += moved.steps
         state = _moved(state, event, settings, checks)
         if event.scan is not None:
-            state = _scanned(state, event.scan, moved, site, settings, checks)
+            state = _scanned(state, event.scan, moved, site, settings, checks, evidence)
     if moved is None:
         raise RuntimeError("a batch has an end")
-    return state, _fix(state, moved, settings, tuple(checks))
+    return state, replace(_fix(state, moved, settings, tuple(checks)), evidence=tuple(evidence))
 
 
 def _moved(
@@ -111,6 +112,7 @@ def _scanned(
     site: Site,
     settings: IntegritySettings,
     checks: list[InnovationCheck],
+    evidence: list[Step | RadioFix],
 ) -> IntegrityState:
     if site.radio_map is None or (state.radio_s is not None and not settings.use_scans):
         return state
@@ -127,7 +129,9 @@ def _scanned(
     changed = floor.floor != (told if state.floor is None else state.floor.floor)
     state = replace(state, floor=floor, radio_s=scan.time_s)
     noise, bias_m2 = noise_of(match, settings)
+    heard = RadioFix(scan.time_s, floor.floor, match.xy_m, noise, bias_m2, match.signal_distance, fits=True)
     if state.track is None or changed:
+        evidence.append(heard)
         track = begun(match.xy_m, noise, bias_m2, now_s, settings.track, state.track)
         return replace(state, track=track, search=HeadingSearch(), streak=0, apart_m=None, phases=Phases())
 
@@ -138,6 +142,7 @@ def _scanned(
         track, "wifi", scan.time_s, BY_WIFI, match.xy_m, noise, track.mean[:3], ahead_m(track, moved), settings
     )
     checks.append(check)
+    evidence.append(replace(heard, fits=not tested.if2))
     streak = streak_after(state.streak, tested.if2)
     fault = is_fault(streak, settings.monitor)
     apart_m = check.innovation.copy() if tested.if2 else None

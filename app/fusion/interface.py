@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from app.floorplan.free_space import NO_PLAN, FreeSpace, free_space
 from app.floorplan.georeference import Georeference
 from app.observations import Batch, Fix, Position
 from app.wifi.radio_map import RadioMap
@@ -27,11 +28,33 @@ class Site:
     """What is known of the venue: its floors and the active radio map (None until one is published).
 
     watched : access points on the map's watch list, 48-bit addresses: not to be relied on.
+    spaces : where walkers can be, by floor, of those whose plan says.
     """
 
     floors: Mapping[str, Floor] = field(default_factory=dict)
     radio_map: RadioMap | None = None
     watched: frozenset[int] = frozenset()
+    spaces: Mapping[str, FreeSpace] = field(default_factory=dict)
+
+    def space(self, floor: str) -> FreeSpace:
+        """The free space of a floor; one without a plan is free everywhere."""
+        return self.spaces.get(floor, NO_PLAN)
+
+
+def spaces_of(
+    floors: Iterable[Floor], plans: Mapping[str, Mapping[str, Any] | None], radio_map: RadioMap | None
+) -> dict[str, FreeSpace]:
+    """The free space of every floor that has a plan and was surveyed. plans : GeoJSON, by floor."""
+    spaces = dict[str, FreeSpace]()
+    for floor in floors:
+        plan = plans.get(floor.floor)
+        if plan is None or radio_map is None or floor.floor not in radio_map.floors:
+            continue
+        visited_xy_m = radio_map.xy_m[radio_map.floor == radio_map.floors.index(floor.floor)]
+        space = free_space(plan, floor.georeference, (floor.width_m, floor.height_m), visited_xy_m)
+        if space is not NO_PLAN:
+            spaces[floor.floor] = space
+    return spaces
 
 
 @dataclass(frozen=True, slots=True)

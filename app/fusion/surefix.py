@@ -1,66 +1,38 @@
 """`surefix`, the default: what measured best of the published methods, and integrity that none of them has.
 
-Steps move an unscented filter that also learns the walker's step length, how the phone is held, and the slowly varying
-error of the WiFi fixes around (app/fusion/walking_track.py). Fixes are soft matches over a smoothed map, each with the
-variance that this building's survey taught (app/wifi/fix_calibration.py). A fix that steps cannot have led to begins a
-rival track (app/fusion/hypotheses.py). docs/methods/surefix.md says what each part measured.
+Steps move a cloud of particles that walls stop; it also learns the walker's step length, direction, and the slowly
+varying error of the WiFi fixes around (app/fusion/particle_cloud.py). Fixes are soft matches over a smoothed map, each
+with the variance that this building's survey taught (app/wifi/fix_calibration.py). A fix that steps cannot have led to
+begins a rival track (app/fusion/hypotheses.py). docs/methods/surefix.md says what each part measured.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
-from app.estimation.arrays import FloatArray
-from app.fusion import walking_ukf as ukf
+from app.floorplan.free_space import NO_PLAN, FreeSpace
+from app.fusion.access_point_watch import AccessPointWatch, excluded, not_relied_on, trusted, watched
 from app.fusion.batch_events import Event, events, knows_turns
+from app.fusion.beacon_fixes import with_beacons
+from app.fusion.cloud_place import heading_of, place, scale_of, speed_mps
 from app.fusion.fix_assembly import Estimate, Phases, Walker, assembled_fix, no_fix
-from app.fusion.floor_choice import chosen_floor
-from app.fusion.heading_search import HeadingSearch, sought, walked
+from app.fusion.hearing import after, match_heard
 from app.fusion.hypotheses import Rivalry, exchanged, first_is_back, judged, rival_wins
-from app.fusion.integrity_measuring import after_step
 from app.fusion.interface import START_SIGMA_M, Method, SessionStart, Site
-from app.fusion.scan_matching import Matcher, match_scan
-from app.fusion.state_codec import storable
-from app.fusion.surefix_measuring import TestedFix, phases_of, tested
+from app.fusion.particle_cloud import Cloud, aged, begun, landed, stepped
+from app.fusion.storeys import climbed, heard
+from app.fusion.surefix_measuring import CloudFix, TestedFix, beginning, phases_of, tested
 from app.fusion.surefix_settings import SurefixSettings
-from app.fusion.walking_track import Track, aged, begun, place, scale_of, speed_mps, unbiased
-from app.integrity.protection_level import protection_level_m
+from app.fusion.surefix_state import SurefixState
 from app.observations import Batch, Fix, InnovationCheck, Position, RadioFix, Step, WifiScan
-from app.pdr.tracker import PdrOutput, PdrState, initial_pdr_state
-from app.pdr.turn_doubt import TurnRecord, noted, turns_doubted
+from app.pdr.tracker import PdrOutput, initial_pdr_state
+from app.pdr.turn_doubt import noted, turns_doubted
 from app.wifi.fix_calibration import calibration_of
-from app.wifi.floor_decision import FloorBelief
-from app.wifi.match import Match
-
-storable(TurnRecord)
-
-
-@storable
-@dataclass(frozen=True, slots=True, eq=False)
-class SurefixState:
-    """Of one session. radio_s : newest usable scan; there is no position before the first.
-
-    track : the account of steps and scans that is answered from.  rivalry : another one, None while nothing
-    contradicts.  prior_only : the track began at the phone's `start`, and no scan has borne it out yet.
-    phases : what the newest scan's test found.
-    """
-
-    start: SessionStart
-    pdr: PdrState
-    floor: FloorBelief | None = None
-    phases: Phases = field(default_factory=Phases)
-    time_s: float | None = None
-    track: Track | None = None
-    rivalry: Rivalry | None = None
-    prior_only: bool = False
-    radio_s: float | None = None
-    search: HeadingSearch = field(default_factory=HeadingSearch)
-    turns: TurnRecord = field(default_factory=TurnRecord)
-    step_count: int = 0
+from app.wifi.readings import is_news
 
 
 def start(session: SessionStart) -> SurefixState:
@@ -72,62 +44,74 @@ def advance(state: SurefixState, batch: Batch, site: Site, settings: SurefixSett
     """The state after a batch, and the best estimate at its end."""
     checks, evidence = list[InnovationCheck](), list[Step | RadioFix]()
     moved: PdrOutput | None = None
-    for event in events(state.pdr, state.time_s, batch):
+    for event in events(state.pdr, state.time_s, batch, bluetooth=True):
         moved = event.moved
         evidence += moved.steps
-        state = _moved(state, event, settings, checks)
+        state = _moved(state, event, site, settings)
+        storeys, floor, moved_on = climbed(state.storeys, state.floor, batch.barometer, event.time_s, site)
+        state = replace(state, storeys=storeys, floor=floor)
+        if moved_on and state.track is not None:
+            state = replace(state, track=landed(state.track, settings.stairs_sigma_m))
         if event.scan is not None:
-            state = _scanned(state, _trusted(event.scan, site), moved, site, settings, checks, evidence)
+            watch, scan = trusted(state.watch, event.scan, site, settings.access_points)
+            state = _scanned(replace(state, watch=watch), scan, moved, site, settings, checks, evidence)
+            state = _watched(state, event.scan, moved, site, settings)
+        elif event.beacons is not None:
+            state = with_beacons(state, event.beacons, moved, site, settings, checks, evidence)
     if moved is None:
         raise RuntimeError("a batch has an end")
-    return state, replace(_fix(state, moved, settings, tuple(checks)), evidence=tuple(evidence))
+    return state, replace(_fix(state, moved, site, settings, tuple(checks)), evidence=tuple(evidence))
 
 
-def _trusted(scan: WifiScan, site: Site) -> WifiScan:
-    """The scan without access points on the venue's watch list."""
-    if not site.watched:
-        return scan
-    kept = np.array([bssid not in site.watched for bssid in scan.bssid.tolist()], dtype=np.bool_)
-    return replace(scan, bssid=scan.bssid[kept], rssi_dbm=scan.rssi_dbm[kept], seen_s=scan.seen_s[kept])
+def _watched(
+    state: SurefixState, scan: WifiScan, moved: PdrOutput, site: Site, settings: SurefixSettings
+) -> SurefixState:
+    """The state after a scan was held against the map where the track is; while another account rivals, not at all."""
+    if state.track is None or state.floor is None or state.radio_s != scan.time_s or state.prior_only:
+        return state
+    if state.rivalry is not None:
+        return replace(state, watch=AccessPointWatch()) if state.rivalry.taken_over else state
+    here = place(state.track, moved)
+    at = here.xy_m, here.covariance_m2
+    return replace(state, watch=watched(state.watch, scan, site, state.floor.decided, at, settings.access_points))
 
 
-def _moved(state: SurefixState, event: Event, settings: SurefixSettings, checks: list[InnovationCheck]) -> SurefixState:
+def _moved(state: SurefixState, event: Event, site: Site, settings: SurefixSettings) -> SurefixState:
     """Steps and time that passed since the event before, for both accounts."""
-    track, rivalry, search, record = state.track, state.rivalry, state.search, state.turns
+    track, rivalry, record = state.track, state.rivalry, state.turns
     steps = list[Step]()
     for step in event.moved.steps:
         record = noted(record, step)
         steps.append(replace(step, heading_sigma_rad=math.pi) if turns_doubted(record) else step)
     turns = knows_turns(event) and not turns_doubted(record)
+    space = _space(state, site)
     if track is None and state.start.start is not None and event.time_s is not None:
-        prior, noise = state.start.start, START_SIGMA_M**2 * np.eye(2)
-        track = begun(np.array([prior.x_m, prior.y_m]), noise, START_SIGMA_M**2, event.time_s, settings.track)
-        track, state = unbiased(track, noise), replace(state, prior_only=True)
-    if track is not None:
+        prior, variance_m2 = state.start.start, START_SIGMA_M**2
+        at_m = np.array([prior.x_m, prior.y_m])
+        track = begun(at_m, variance_m2, variance_m2, event.time_s, space, settings.cloud, by_wifi=False)
+        state = replace(state, prior_only=True)
+
+    def walked(cloud: Cloud) -> Cloud:
         for step in steps:
-            track = after_step(track, step, turns, settings.steps, checks)
-            search = search if track.headed else walked(search, step) if turns else HeadingSearch()
-        if event.time_s is not None:
-            track = aged(track, event.time_s, event.moved, settings.track)
+            cloud = stepped(cloud, step, turns, space, settings.cloud)
+        return cloud if event.time_s is None else aged(cloud, event.time_s, event.moved, settings.cloud)
+
+    track = None if track is None else walked(track)
     if rivalry is not None:
-        rival, unread = rivalry.rival, list[InnovationCheck]()
-        for step in steps:
-            rival = after_step(rival, step, turns, settings.steps, unread)
-        if event.time_s is not None:
-            rival = aged(rival, event.time_s, event.moved, settings.track)
+        rival = walked(rivalry.rival)
         way_m = scale_of(rival) * sum(step.length_m for step in steps)
         rivalry = replace(rivalry, rival=rival, walked_m=rivalry.walked_m + way_m)
     count = state.step_count + len(steps)
     return replace(
-        state,
-        pdr=event.pdr,
-        time_s=event.time_s,
-        track=track,
-        rivalry=rivalry,
-        search=search,
-        turns=record,
-        step_count=count,
+        state, pdr=event.pdr, time_s=event.time_s, track=track, rivalry=rivalry, turns=record, step_count=count
     )
+
+
+def _space(state: SurefixState, site: Site) -> FreeSpace:
+    """Where the phone can be on the floor that it is taken to be on."""
+    prior = state.start.start
+    floor = state.floor.floor if state.floor is not None else prior.floor if prior is not None else None
+    return NO_PLAN if floor is None else site.space(floor)
 
 
 def _scanned(
@@ -142,43 +126,47 @@ def _scanned(
     now_s = state.time_s
     if site.radio_map is None or now_s is None:
         return state
-    match = match_scan(site.radio_map, scan, Matcher.SOFT, settings.least_known)
+    hearing = after(state.hearing, scan, settings.hearing)
+    unheeded, state = not_relied_on(state.watch, site), replace(state, hearing=hearing)
+    known = partial(match_heard, site.radio_map, scan, hearing, unheeded, settings.least_known, settings.hearing)
+    match = known()
     if match is None or (state.track is None and match.signal_distance >= settings.unlike):
         return state
     told = state.start.floor if state.start.start is None else state.start.start.floor
-    floor = chosen_floor(state.floor, told, site.radio_map, site, match)
+    storeys, floor = heard(state.storeys, state.floor, told, site.radio_map, site, match, now_s)
     if floor.decided != match.floor:
-        match = match_scan(site.radio_map, scan, Matcher.SOFT, settings.least_known, floor.floor)
+        match = known(floor.floor)
         if match is None:
             return state
     changed = floor.floor != (told if state.floor is None else state.floor.floor)
-    variance_m2 = calibration_of(site.radio_map).variance_m2(match, settings.distance_weight)
-    noise, bias_m2 = (1.0 - settings.lasting) * variance_m2 * np.eye(2), settings.lasting * variance_m2
-    state = replace(state, floor=floor, radio_s=scan.time_s)
-    said = RadioFix(scan.time_s, floor.floor, match.xy_m, noise, bias_m2, match.signal_distance, fits=True)
+    usual_m2, strange_m2 = calibration_of(site.radio_map).parts_m2(match, settings.distance_weight)
+    lasting_m2 = settings.lasting * usual_m2 + settings.lasting_strange * strange_m2
+    own_m2 = usual_m2 + strange_m2 - lasting_m2
+    fix = CloudFix(
+        match.xy_m, own_m2, lasting_m2, scan.time_s, elsewhere_m=site.radio_map.xy_m[match.alike(settings.alike)]
+    )
+    state = replace(state, floor=floor, storeys=storeys, radio_s=scan.time_s)
+    if changed and storeys.changing and state.track is not None:
+        state, changed = replace(state, track=landed(state.track, settings.stairs_sigma_m)), False
+    said = fix.said(floor.floor, match.signal_distance)
     if state.track is None or changed:
         evidence.append(said)
-        track = begun(match.xy_m, noise, bias_m2, now_s, settings.track, state.track)
-        return replace(state, track=track, rivalry=None, search=HeadingSearch(), phases=Phases())
+        track = beginning(fix, now_s, _space(state, site), settings, state.track)
+        return replace(state, track=track, rivalry=None, phases=Phases())
 
-    first = tested(replace(state.track, bias_variance_m2=bias_m2), match, noise, scan.time_s, moved, settings)
+    first = tested(state.track, fix, moved, _space(state, site), settings)
     checks.append(first.check)
     evidence.append(replace(said, fits=first.fits))
-    state = _judged(state, first, match, noise, bias_m2, scan.time_s, moved, settings)
-    if state.track is not None and not state.track.headed:
-        track, search = sought(state.track, state.search)
-        state = replace(state, track=track, search=search)
-    return state
+    return _judged(state, first, fix, scan, moved, _space(state, site), settings)
 
 
 def _judged(
     state: SurefixState,
     first: TestedFix,
-    match: Match,
-    noise: FloatArray,
-    bias_m2: float,
-    time_s: float,
+    fix: CloudFix,
+    scan: WifiScan,
     moved: PdrOutput,
+    space: FreeSpace,
     settings: SurefixSettings,
 ) -> SurefixState:
     """The state after a scan has been tested against both accounts."""
@@ -187,26 +175,25 @@ def _judged(
     rivalry, limits = state.rivalry, settings.hypotheses
     if state.prior_only:
         limits = limits.beside_a_prior()
-    track = first.fused if first.fits else state.track
+    track = first.fused
     if rivalry is None:
         if first.fits:
             return replace(state, track=track, prior_only=False, phases=phases_of(first, int(first.corrected), 0, 0))
-        begin = begun(match.xy_m, noise, bias_m2, state.time_s, settings.track, state.track)
-        rivalry = Rivalry(begin, fault=limits.fault_after <= 1)
+        rival = beginning(fix, state.time_s, space, settings, state.track)
+        rivalry = Rivalry(rival, scan.time_s, fault=limits.fault_after <= 1)
         return replace(state, rivalry=rivalry, phases=phases_of(first, 1, 1, int(rivalry.fault)))
 
-    other = tested(replace(rivalry.rival, bias_variance_m2=bias_m2), match, noise, time_s, moved, settings)
-    rivalry = judged(rivalry, first.fits, other.fits, limits)
-    if other.fits:
-        rivalry = replace(rivalry, rival=other.fused)
-    elif not first.fits and not rivalry.taken_over:  # unlike both: if anywhere, the walker is at a third place
-        begin = begun(match.xy_m, noise, bias_m2, state.time_s, settings.track, state.track)
-        rivalry = replace(rivalry, rival=begin, for_rival=1, walked_m=0.0)
+    other = tested(rivalry.rival, fix, moved, space, settings)
+    if state.prior_only or is_news(scan, rivalry.witness_s):
+        rivalry = judged(rivalry, first.fits, other.fits, scan.time_s, limits)
+    rivalry = replace(rivalry, rival=other.fused)
+    if not other.fits and not first.fits and not rivalry.taken_over:
+        # unlike both: if anywhere, the walker is at a third place
+        rival = beginning(fix, state.time_s, space, settings, state.track)
+        rivalry = replace(rivalry, rival=rival, for_rival=1, walked_m=0.0)
     if rival_wins(rivalry, limits):
         phases = phases_of(other, 1, 0, 1)
-        return replace(
-            state, track=rivalry.rival, rivalry=exchanged(rivalry, track), search=HeadingSearch(), phases=phases
-        )
+        return replace(state, track=rivalry.rival, rivalry=exchanged(rivalry, track), phases=phases)
     if first_is_back(rivalry, limits):
         phases = phases_of(first, int(first.corrected), 0, 0)
         return replace(state, track=track, rivalry=None, prior_only=False, phases=phases)
@@ -214,23 +201,29 @@ def _judged(
     return replace(state, track=track, rivalry=rivalry, phases=phases)
 
 
-def _fix(state: SurefixState, moved: PdrOutput, settings: SurefixSettings, checks: tuple[InnovationCheck, ...]) -> Fix:
-    track = state.track
-    if track is None or state.floor is None or state.radio_s is None or state.time_s is None:
+def _fix(
+    state: SurefixState, moved: PdrOutput, site: Site, settings: SurefixSettings, checks: tuple[InnovationCheck, ...]
+) -> Fix:
+    track, risk = state.track, state.start.risk
+    if track is None or state.floor is None or state.heard_s is None or state.time_s is None:
         walker = Walker(None, None, state.step_count, moved.motion, moved.carrying)
         return no_fix(state.start, state.time_s, walker)
-    heading_rad = float(track.mean[ukf.HEADING]) if track.headed else None
-    walker = Walker(heading_rad, speed_mps(track, moved), state.step_count, moved.motion, moved.carrying)
-    xy_m, covariance = place(track, moved)
-    tail = settings.tail_at(state.start.risk)
-    estimate = Estimate(Position(float(xy_m[0]), float(xy_m[1]), state.floor.floor), covariance, tail)
-    phases = state.phases
+    walker = Walker(heading_of(track), speed_mps(track, moved), state.step_count, moved.motion, moved.carrying)
+    here, reach = place(track, moved), 1.0 if site.radio_map is None else calibration_of(site.radio_map).reach
+    estimate = Estimate(
+        Position(float(here.xy_m[0]), float(here.xy_m[1]), state.floor.floor),
+        settings.covariance_m2(here, reach),
+        accuracy_m=settings.accuracy_m(here, reach),
+        level_m=settings.level_m(here, risk, reach),
+    )
+    told = state.phases.excluded + excluded(state.watch, settings.access_points)
+    phases = replace(state.phases, excluded=told)
     if state.rivalry is not None:
-        rival_m, rival_m2 = place(state.rivalry.rival, moved)
-        reach_m = float(np.hypot(*(rival_m - xy_m))) + protection_level_m(rival_m2, state.start.risk, tail)
+        there = place(state.rivalry.rival, moved)
+        reach_m = float(np.hypot(*(there.xy_m - here.xy_m))) + settings.level_m(there, risk, reach)
         phases = replace(phases, covers_m=reach_m)
-    coasting = state.time_s - state.radio_s > settings.silent_after_s
-    certain = state.floor.certainty >= settings.least_floor_certainty
+    coasting = state.time_s - state.heard_s > settings.silent_after_s
+    certain = state.floor.certainty >= settings.least_floor_certainty and not state.storeys.changing
     fix = assembled_fix(state.start, state.time_s, estimate, walker, phases, coasting, checks)
     return fix if certain else replace(fix, integrity=replace(fix.integrity, usable=False))
 

@@ -2,58 +2,89 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from app.estimation.arrays import FloatArray
 from app.estimation.innovation import normalised_square
-from app.estimation.unscented_kalman import correct, gain_of
-from app.fusion import walking_ukf as ukf
+from app.floorplan.free_space import FreeSpace
+from app.fusion.cloud_fusing import expected, fused
 from app.fusion.fix_assembly import Phases
-from app.fusion.integrity_measuring import BY_WIFI
+from app.fusion.particle_cloud import NOWHERE, Cloud, begun
 from app.fusion.surefix_settings import SurefixSettings
-from app.fusion.walking_track import Track, ahead_m
-from app.observations import Excluded, InnovationCheck
+from app.observations import Excluded, InnovationCheck, RadioFix
 from app.pdr.tracker import PdrOutput
-from app.wifi.match import Match
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CloudFix:
+    """Where one scan alone puts the phone.
+
+    xy_m : (2,).  own_m2, lasting_m2 : variances in each direction of what is this fix's own error, and of what it
+    shares with the fixes of WiFi around it; lasting_m2 None of a fix that shares nothing with them.
+    time_s : of the scan.  source : of the check that it leaves.
+    elsewhere_m : (k, 2) other places that the scan is like.
+    """
+
+    xy_m: FloatArray
+    own_m2: float
+    lasting_m2: float | None
+    time_s: float
+    source: str = "wifi"
+    elsewhere_m: FloatArray = field(default_factory=lambda: NOWHERE)
+
+    def said(self, floor: str, signal_distance: float) -> RadioFix:
+        """The fix as evidence."""
+        noise = self.own_m2 * np.eye(2)
+        lasting_m2 = self.lasting_m2 or 0.0
+        return RadioFix(
+            self.time_s, floor, self.xy_m, noise, lasting_m2, signal_distance, fits=True, source=self.source
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TestedFix:
-    """A fix beside a track: how far off it is, whether it fits, and the track with it fused."""
+    """A fix beside a track: how far off it is, whether it fits, and the track, with the fix in it if it does."""
 
     apart_m: float
     statistic: float
     fits: bool
     corrected: bool
-    fused: Track
+    fused: Cloud
     check: InnovationCheck
 
 
+def beginning(fix: CloudFix, now_s: float, space: FreeSpace, settings: SurefixSettings, earlier: Cloud | None) -> Cloud:
+    """A track that begins at a fix. earlier : one given up."""
+    by_wifi = fix.lasting_m2 is not None
+    lasting_m2 = fix.own_m2 if fix.lasting_m2 is None else fix.lasting_m2
+    return begun(fix.xy_m, fix.own_m2, lasting_m2, now_s, space, settings.cloud, earlier, by_wifi, fix.elsewhere_m)
+
+
 def tested(
-    track: Track, match: Match, noise: FloatArray, time_s: float, moved: PdrOutput, settings: SurefixSettings
+    track: Cloud,
+    fix: CloudFix,
+    moved: PdrOutput,
+    space: FreeSpace,
+    settings: SurefixSettings,
+    caution: float = 1.0,
 ) -> TestedFix:
-    """Test a fix against a track, and fuse it: one that is a little far off is weighed down to where it just fits."""
-    alpha = settings.track.alpha
-    expectation = ukf.expect(
-        track.mean, track.covariance, match.xy_m, noise, BY_WIFI, track.mean[:3], ahead_m(track, moved), alpha
-    )
-    innovation, spread, cross, gain = expectation
-    statistic = normalised_square(innovation, spread)
-    corrected = statistic > settings.corrected_above
-    if corrected:
-        spread = spread * (statistic / settings.corrected_above)
-        gain = gain_of(cross, spread)
-    angles = ukf.angles_of_state(len(track.mean))
-    mean, covariance = correct(track.mean, track.covariance, innovation, spread, cross, gain, angles)
-    fits = statistic <= settings.hypotheses.contradicts
-    sigma = np.sqrt(np.diag(expectation[1]))
+    """Test a fix against a track, and fuse it where it fits: one a little far off is weighed down to where it does.
+
+    caution : by what its variance counts more once it has been tested.
+    """
+    mean, covariance = expected(track, moved, by_wifi=fix.lasting_m2 is not None)
+    innovation, spread = fix.xy_m - mean, covariance + fix.own_m2 * np.eye(2)
+    statistic, threshold = float(normalised_square(innovation, spread)), settings.hypotheses.contradicts
+    fits, corrected = statistic <= threshold, statistic > settings.corrected_above
     check = InnovationCheck(
-        "wifi", time_s, innovation, sigma, statistic, settings.hypotheses.contradicts, not fits, fits
+        fix.source, fix.time_s, innovation, np.sqrt(np.diag(spread)), statistic, threshold, not fits, fits
     )
-    fused = replace(track, mean=mean, covariance=covariance)
-    return TestedFix(float(np.hypot(*innovation)), statistic, fits, corrected, fused, check)
+    if fits:
+        weakened = statistic / settings.corrected_above if corrected else 1.0
+        track = fused(track, fix.xy_m, caution * fix.own_m2, fix.lasting_m2, weakened, moved, space, settings.cloud)
+    return TestedFix(float(np.hypot(*innovation)), statistic, fits, corrected, track, check)
 
 
 def phases_of(first: TestedFix, if1: int, if2: int, if3: int) -> Phases:

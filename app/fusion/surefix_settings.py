@@ -7,49 +7,76 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from app.estimation.arrays import FloatArray
+from app.fusion.access_point_watch import AccessPointWatchSettings
+from app.fusion.cloud_place import Place
+from app.fusion.cloud_settings import CloudSettings
+from app.fusion.hearing import HearingSettings
 from app.fusion.hypotheses import HypothesisSettings
-from app.fusion.integrity_settings import IntegritySettings
-from app.fusion.walking_track import TrackSettings
+from app.integrity.protection_level import tail_at
+from app.wifi.fix_calibration import DISTANCE_WEIGHT
 
 
 @dataclass(frozen=True, slots=True)
 class SurefixSettings:
     """Measured on folds 1-4 of the mall walks, never on fold 0, unless said otherwise.
 
-    steps : how steps move the track, as in method A.
-    lasting : share of a fix's variance that stays the same for as long as the surroundings do.
-    distance_weight : by what the signal distance counts more than the mean square of errors asks for. Where nobody
-    surveyed errors are seldom, but large and the same for a whole walk: 1.6 trades 0.02 m of mean error for levels
-    that know it.
+    cloud : how steps move the track, and walls stop it.
+    access_points : how faulty ones are found and left out.
+    hearing : when a phone is deaf to some.
+    lasting, lasting_strange : share of a fix's variance that stays the same for as long as the surroundings do, and of
+    the part of it that says how unlike the scan is what was surveyed.
+    distance_weight : as DISTANCE_WEIGHT of app/wifi/fix_calibration.py.
     least_known : access points known to the map with which a scan is usable.
     unlike : signal distance from which a scan is like nothing surveyed: no position begins at it.
+    alike : weight beside the best point's from which a track may as well begin at a point.
     corrected_above : squared Mahalanobis distance above which a fix is weighed down (chi-squared, 2 degrees: 1 in 1000
     of a Gaussian; of the mall's scans 1 in 100 exceed 6.5).
+    beacon_caution, beacon_caution_alone : by what the variance of a fix by Bluetooth beacons counts more, for what it
+    shares with those before and with WiFi; and where there is no WiFi.
+    stairs_sigma_m : how far steps on stairs mislead in plan, in each direction.
     silent_after_s : without a usable scan for so long the track coasts.
     least_floor_certainty : probability of the decided floor below which no answer is usable.
-    tails : protection level beside a Gaussian's of the same covariance, by risk in ascending order: the rarer, the
-    heavier. What held 1 - risk of all answers of folds 1-4, covered by the survey or not.
+    spread, least_radius_68_m : the accuracy is the radius that holds 68 % of the cloud, and beside it the least one, by
+    this factor: errors that fixes share over a whole walk make every cloud too sure.
+    tails, least_radius_99_m : the same of the protection level and the radius that holds 99 %, by risk in ascending
+    order: the rarer, the heavier. What held 1 - risk of all answers of folds 1-4, covered by the survey or not.
     """
 
-    steps: IntegritySettings = field(
-        default_factory=lambda: IntegritySettings(track=TrackSettings(heading_noise_rad=1.0, step_sigma_m=0.3))
-    )
+    cloud: CloudSettings = field(default_factory=CloudSettings)
     hypotheses: HypothesisSettings = field(default_factory=HypothesisSettings)
-    lasting: float = 0.6
-    distance_weight: float = 1.6
+    access_points: AccessPointWatchSettings = field(default_factory=AccessPointWatchSettings)
+    hearing: HearingSettings = field(default_factory=HearingSettings)
+    lasting: float = 0.4
+    lasting_strange: float = 0.6
+    distance_weight: float = DISTANCE_WEIGHT
     least_known: int = 3
     unlike: float = 0.75
+    alike: float = 1e-3
     corrected_above: float = 6.0
+    beacon_caution: float = 8.0
+    beacon_caution_alone: float = 4.0
+    stairs_sigma_m: float = 2.0
     silent_after_s: float = 8.0
-    least_floor_certainty: float = 0.6
-    tails: tuple[tuple[float, float], ...] = ((0.001, 1.36), (0.002, 1.32), (0.01, 1.22), (0.05, 1.13))
-
-    @property
-    def track(self) -> TrackSettings:
-        """Of the walking model."""
-        return self.steps.track
+    least_floor_certainty: float = 0.9
+    spread: float = 1.2
+    least_radius_68_m: float = 1.0
+    least_radius_99_m: float = 3.0
+    tails: tuple[tuple[float, float], ...] = ((0.001, 2.4), (0.002, 2.0), (0.01, 1.45), (0.05, 1.05))
 
     def tail_at(self, risk: float) -> float:
-        """The factor at a risk, between the tabled ones along its logarithm."""
-        risks, factors = zip(*self.tails, strict=True)
-        return float(np.interp(math.log(risk), [math.log(one) for one in risks], factors))
+        """Of the protection level at a risk."""
+        return tail_at(risk, self.tails)
+
+    def accuracy_m(self, here: Place, reach: float) -> float:
+        """Radius that holds the truth in 68 of 100 answers. reach : of the map's calibration."""
+        return reach * self.spread * math.hypot(here.radius_68_m, self.least_radius_68_m)
+
+    def level_m(self, here: Place, risk: float, reach: float) -> float:
+        """Radius that the truth leaves with no more than this probability. reach : of the map's calibration."""
+        return reach * self.tail_at(risk) * math.hypot(here.radius_99_m, self.least_radius_99_m)
+
+    def covariance_m2(self, here: Place, reach: float) -> FloatArray:
+        """(2, 2) of the position, as much larger than the cloud's as the accuracy is than the cloud's radius."""
+        least_m2 = self.least_radius_68_m**2 / 2.28 * np.eye(2)
+        return (reach * self.spread) ** 2 * (here.covariance_m2 + least_m2)

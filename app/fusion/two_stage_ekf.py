@@ -20,12 +20,13 @@ from app.fusion.floor_choice import chosen_floor
 from app.fusion.heading_search import HeadingSearch, walked
 from app.fusion.interface import START_SIGMA_M, Method, SessionStart, Site
 from app.fusion.position_ekf import StepTrack
+from app.fusion.scan_matching import HEAVY_TAILS, said
 from app.fusion.scan_watch import watched
 from app.fusion.state_codec import storable
 from app.fusion.two_stage_measuring import after_direction, after_step, sought
 from app.fusion.two_stage_settings import TwoStageSettings
 from app.fusion.wifi_direction import FIXES
-from app.observations import Batch, Fix, InnovationCheck, Motion, Position, WifiScan
+from app.observations import Batch, Fix, InnovationCheck, Motion, Position, RadioFix, Step, WifiScan
 from app.pdr.attitude_ekf import EulerState, advance_attitude
 from app.pdr.tracker import PdrOutput, PdrState, initial_pdr_state
 from app.pdr.turn_detection import last_turn_s, straight_since
@@ -75,18 +76,19 @@ def start(session: SessionStart) -> TwoStageState:
 
 def advance(state: TwoStageState, batch: Batch, site: Site, settings: TwoStageSettings) -> tuple[TwoStageState, Fix]:
     """The state after a batch, and the best estimate at its end."""
-    checks: list[InnovationCheck] = []
+    checks, evidence = list[InnovationCheck](), list[Step | RadioFix]()
     moved: PdrOutput | None = None
     for event in events(state.pdr, state.time_s, batch):
         moved = event.moved
+        evidence += moved.steps
         until_s = None if event.scan is None else event.scan.time_s
         state = replace(state, attitude=advance_attitude(state.attitude, batch, settings.attitude, until_s))
         state = _moved(state, event, settings, checks)
         if event.scan is not None:
-            state = _scanned(state, event.scan, moved, site, settings, checks)
+            state = _scanned(state, event.scan, moved, site, settings, checks, evidence)
     if moved is None:
         raise RuntimeError("a batch has an end")
-    return state, _fix(state, moved, settings, tuple(checks))
+    return state, replace(_fix(state, moved, settings, tuple(checks)), evidence=tuple(evidence))
 
 
 def _moved(
@@ -123,6 +125,7 @@ def _scanned(
     site: Site,
     settings: TwoStageSettings,
     checks: list[InnovationCheck],
+    evidence: list[Step | RadioFix],
 ) -> TwoStageState:
     if site.radio_map is None or state.time_s is None or (state.radio_s is not None and not settings.use_scans):
         return state
@@ -134,12 +137,14 @@ def _scanned(
         return state
     state = replace(state, radio_s=scan.time_s)
     if track is None or floor.floor != before:
+        evidence.append(said(scan, floor.floor, match, HEAVY_TAILS * settings.error_m2, fits=True))
         return _begun(state, scan, match, Phases(), settings)
     xy_m, jacobian = ekf.place(track, moved)
     innovation = match.xy_m - xy_m
     spread = jacobian @ track.covariance @ jacobian.T + settings.error_m2 * np.eye(2)
     seen = watched(scan.time_s, innovation, spread, state.streak, settings.watch)
     checks.append(seen.check)
+    evidence.append(said(scan, floor.floor, match, HEAVY_TAILS * settings.error_m2, seen.passed))
     if seen.fault:
         return _begun(state, scan, match, seen.phases, settings)
     state = replace(state, streak=seen.streak, phases=seen.phases)

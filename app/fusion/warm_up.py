@@ -7,7 +7,9 @@ import numpy as np
 from app.fusion.interface import Floor, SessionStart, Site
 from app.fusion.methods import METHODS
 from app.fusion.state_codec import decode_state, encode_state
-from app.observations import AxisSamples, Batch, WifiScan
+from app.fusion.track_smoothing import smoothed
+from app.fusion.walk_timeline import Moment
+from app.observations import AxisSamples, Batch, Fix, Motion, WifiScan
 from app.pdr import kernels as pdr_kernels
 from app.wifi import kernels as wifi_kernels
 from app.wifi.fingerprint import Fingerprint
@@ -20,15 +22,18 @@ RATE_HZ = 50
 def warm_up() -> None:
     """Take every compiled function through the types that requests use; a few seconds from the cache.
 
-    Every method walks six seconds, its state stored in between, as a service does it.
+    Every method walks six seconds, its state stored in between, as a service does it, and the walk is smoothed.
     """
     pdr_kernels.warm_up()
     wifi_kernels.warm_up()
     site, batches = _small_site(), [_walking(second) for second in range(SECONDS)]
     for method in METHODS.values():
-        state = method.start(SessionStart())
+        state, fixes = method.start(SessionStart()), list[Fix]()
         for batch in batches:
-            state, _ = method.advance(decode_state(encode_state(state)), batch, site)
+            state, fix = method.advance(decode_state(encode_state(state)), batch, site)
+            fixes.append(fix)
+        evidence = [one for fix in fixes for one in fix.evidence]
+        smoothed(evidence, [Moment(batch.end_s or 0.0, Motion.WALKING) for batch in batches])
 
 
 def _small_site() -> Site:

@@ -26,12 +26,14 @@ UNSTEADY = 2.0
 class ErrorCells:
     """Errors gathered in c squares.
 
-    xy_m : (c, 2) centres.  mean_m, worst_m : (c,).  scans, walks : (c,) how many.
+    xy_m : (c, 2) centres.  mean_m, worst_m : (c,).  level_m : (c,) mean protection level.  scans, walks : (c,) how
+    many.
     """
 
     xy_m: FloatArray
     mean_m: FloatArray
     worst_m: FloatArray
+    level_m: FloatArray
     scans: IntArray
     walks: IntArray
 
@@ -47,12 +49,15 @@ class Gap:
     distance_m: float
 
 
-def error_cells(xy_m: FloatArray, error_m: FloatArray, walk: IntArray, cell_m: float) -> ErrorCells:
+def error_cells(
+    xy_m: FloatArray, error_m: FloatArray, level_m: FloatArray, walk: IntArray, cell_m: float
+) -> ErrorCells:
     """Gather errors by place.
 
     Parameters
     ----------
-    xy_m : (n, 2) true places.  error_m : (n,).  walk : (n,) number of the walk that each is of.
+    xy_m : (n, 2) true places.  error_m : (n,).  level_m : (n,) protection level that was given with it.
+    walk : (n,) number of the walk that each is of.
     """
     column_row, cell = np.unique(np.floor(xy_m / cell_m).astype(np.int64), axis=0, return_inverse=True)
     cell, count = cell.reshape(-1), len(column_row)
@@ -64,6 +69,7 @@ def error_cells(xy_m: FloatArray, error_m: FloatArray, walk: IntArray, cell_m: f
         xy_m=(column_row.astype(np.float64) + 0.5) * cell_m,
         mean_m=np.bincount(cell, error_m, minlength=count) / scans,
         worst_m=worst_m,
+        level_m=np.bincount(cell, level_m, minlength=count) / scans,
         scans=scans,
         walks=np.bincount(pairs[:, 0], minlength=count),
     )

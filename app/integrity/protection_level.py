@@ -12,6 +12,9 @@ from app.estimation.arrays import FloatArray
 
 ACCURACY_SHARE = 0.68
 LEAST_RADIUS_M = 0.1
+WIFI_TAILS = ((0.001, 1.36), (0.002, 1.32), (0.01, 1.22), (0.05, 1.13))
+"""By risk in ascending order: how much heavier than a Gaussian's the tails of WiFi errors are that a calibrated
+covariance describes. What held 1 - risk of the mall's answers, folds 1-4; the rarer, the heavier."""
 
 
 @lru_cache(32)
@@ -53,3 +56,9 @@ def protection_level_m(covariance_m2: FloatArray, risk: float, tail: float, disa
     disagreement_m : distance by which two sources contradict each other; either may be right, so it is added.
     """
     return tail * radius_holding(covariance_m2, 1.0 - risk) + disagreement_m
+
+
+def tail_at(risk: float, tails: tuple[tuple[float, float], ...] = WIFI_TAILS) -> float:
+    """The factor at a risk, between the tabled ones along its logarithm. tails : pairs by risk in ascending order."""
+    risks, factors = zip(*tails, strict=True)
+    return float(np.interp(math.log(risk), [math.log(one) for one in risks], factors))

@@ -9,10 +9,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import orjson
 
 from app.errors import NotFound, SurefixError
+from app.services.map_drift import described_drift
+from app.services.map_use import MapUse
 from app.services.quality_report import ReportFloor, made_report
+from app.services.resurvey_overlay import overlaid
 from app.services.tasks import Tasks, TaskStatus
 from app.services.venues import Venues, georeference_of
 from app.services.watch_lists import WatchLists, WatchState
@@ -21,14 +25,22 @@ from app.storage.report_rows import ReportRow, ReportRows, VersionKey
 from app.storage.survey_rows import SurveyRows
 from app.survey.spool import write_row
 from app.wifi.bssid import format_bssid
+from app.wifi.survey_likeness import stored_likeness
 
 
 @dataclass(frozen=True, slots=True)
 class QualityReport:
-    """A report as it stands now. described : JSON's objects.  picture : PNG."""
+    """A report as it stands now. described : JSON's objects.  picture : PNG, without what use has shown since.
+    canvases : where on it each floor is."""
 
     described: dict[str, Any]
     picture: bytes
+    canvases: dict[str, Any]
+
+    def drawn(self) -> bytes:
+        """The picture with where to survey again; takes a while where there is such a place."""
+        squares = self.described["drift"]["resurvey"]
+        return overlaid(self.picture, self.canvases, squares) if squares else self.picture
 
 
 class Quality:
@@ -45,6 +57,7 @@ class Quality:
         surveys: SurveyRows,
         venues: Venues,
         watch_lists: WatchLists,
+        map_use: MapUse,
         workers: WorkerProcesses,
         tasks: Tasks,
         now_ms: Callable[[], int],
@@ -53,6 +66,7 @@ class Quality:
         self._surveys = surveys
         self._venues = venues
         self._watch_lists = watch_lists
+        self._map_use = map_use
         self._workers = workers
         self._tasks = tasks
         self._now_ms = now_ms
@@ -72,8 +86,9 @@ class Quality:
             return await self._begin(venue, version)
         described = orjson.loads(stored.report)
         described["created"] = stored.created_ms
-        described["drift"] = await self._drift(venue, version, described.pop("strongest"))
-        return QualityReport(described, stored.picture)
+        use = await self._use(venue, version, described.pop("likeness"), described.pop("floor_names"))
+        described["drift"] = {**use, **await self._watched(venue, version, described.pop("strongest"))}
+        return QualityReport(described, stored.picture, described.pop("canvases"))
 
     async def _begin(self, venue: str, version: int) -> str:
         key = await self._rows.version(venue, version)
@@ -110,16 +125,20 @@ class Quality:
                         write_row(stream, one)
             return await self._workers.run(made_report, spool, await self._rows.body(key.map_id), floors)
 
-    async def _drift(self, venue: str, version: int, strongest: dict[str, list[Any]]) -> dict[str, Any]:
-        """How much of the map use has shown to be no longer true: the share of its access points that are watched.
+    async def _use(self, venue: str, version: int, likeness: dict[str, Any], floors: list[str]) -> dict[str, Any]:
+        """What the scans of sessions say of the map."""
+        learnt = stored_likeness({name: np.array(rows, np.float64) for name, rows in likeness.items()})
+        assert learnt is not None  # every report has it
+        return described_drift(await self._map_use.drift(venue, version, learnt, floors), self._map_use.since_ms())
 
-        Where each was heard strongest in the survey is where to survey again.
-        """
-        again = []
+    async def _watched(self, venue: str, version: int, strongest: dict[str, list[Any]]) -> dict[str, Any]:
+        """How many of the map's access points are no longer relied on, and where each was heard strongest."""
+        listed = []
         for one in await self._watch_lists.listed(venue, version):
             bssid = format_bssid(one.row.bssid)
             if one.state is WatchState.REMOVED or bssid not in strongest:
                 continue
             floor, x_m, y_m = strongest[bssid]
-            again.append({"floor": floor, "x": x_m, "y": y_m, "bssid": bssid, "reason": one.row.reason})
-        return {"score": len(again) / len(strongest) if strongest else 0.0, "resurvey": again}
+            listed.append({"floor": floor, "x": x_m, "y": y_m, "bssid": bssid, "reason": one.row.reason})
+        share = len(listed) / len(strongest) if strongest else 0.0
+        return {"watched_share": share, "access_points": listed}

@@ -29,8 +29,8 @@ SPREAD_CELL_M = 3.0
 
 def described_cells(cells: ErrorCells) -> list[dict[str, Any]]:
     """Every cell of the error map."""
-    columns = *cells.xy_m.T, cells.mean_m, cells.worst_m, cells.scans, cells.walks
-    names = "x", "y", "error", "worst", "scans", "walks"
+    columns = *cells.xy_m.T, cells.mean_m, cells.worst_m, cells.level_m, cells.scans, cells.walks
+    names = "x", "y", "error", "worst", "level", "scans", "walks"
     rows = zip(*(column.tolist() for column in columns), strict=True)
     return [dict(zip(names, row, strict=True)) for row in rows]
 
@@ -64,6 +64,22 @@ def described_risk(error_m: FloatArray, walk: IntArray) -> dict[str, Any]:
     np.maximum.at(worst_m, of_walk, error_m)
     levels = {str(risk): conformal_level(worst_m, risk) for risk in RISKS}
     return {"walks": len(worst_m), "smallest": smallest_risk(len(worst_m)), "levels": levels}
+
+
+def described_level(error_m: FloatArray, level_m: FloatArray, risk: float, learnt_from: int) -> dict[str, Any]:
+    """Protection levels of single scans, and how many of their errors they hold.
+
+    Parameters
+    ----------
+    error_m, level_m : (n,).  learnt_from : walks that this version's variances were learnt from, 0: the defaults.
+    """
+    some = len(error_m) > 0
+    return {
+        "risk": risk,
+        "learnt_from": learnt_from,
+        "median": float(np.median(level_m)) if some else None,
+        "inside": float(np.mean(error_m <= level_m)) if some else None,
+    }
 
 
 def described_error(error_m: FloatArray, tried: int, placed: int) -> dict[str, Any]:

@@ -15,13 +15,16 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
+from app.estimation.arrays import FloatArray
 from app.floorplan.walkable import Polygon
 from app.services.quality_report import CELL_M, RASTER_M, REACH_M, Findings, FloorFindings
+from app.services.resurvey_overlay import RESURVEY
 
 DOTS_PER_INCH = 130
 WORST_SHOWN_M = 10.0
 """The top of the colour scale: the same on every floor and report, so that they can be compared."""
-# told apart also without red or green: Okabe and Ito's vermilion and blue
+HIGHEST_SHOWN_M = 30.0
+# told apart also without red or green: of Okabe and Ito's colours
 _GAP, _ALIKE, _SCAN, _WALL, _ROOM = "#d55e00", "#0072b2", "#333333", "#9aa7b2", "#eef2f5"
 _STYLE: dict[Any, Any] = {
     "font.size": 9,
@@ -32,16 +35,18 @@ _STYLE: dict[Any, Any] = {
 }
 
 
-def picture_of(findings: Findings) -> bytes:
-    """A PNG, a row for each floor."""
+def picture_of(findings: Findings) -> tuple[bytes, dict[str, Any]]:
+    """A PNG, a row for each floor; and of each floor where its last panel is, for what is drawn over it later: the
+    panel's `pixels` (left, top, right, bottom) and the `frame` that it shows (west, south, east, north, m)."""
     with mpl.rc_context(_STYLE):
         rows = max(len(findings.floors), 1)
         shape = [one.place.height_m / one.place.width_m for one in findings.floors] or [0.5]
-        heights = [min(max(7.0 * ratio, 1.5), 9.0) + 0.8 for ratio in shape]
-        figure = Figure(figsize=(15.0, sum(heights) + 0.7), layout="constrained")
-        panels = figure.subplots(rows, 2, squeeze=False, height_ratios=heights)
-        for (left, right), one in zip(panels, findings.floors, strict=False):
+        heights = [min(max(5.6 * ratio, 1.5), 8.0) + 0.8 for ratio in shape]
+        figure = Figure(figsize=(18.0, sum(heights) + 0.7), layout="constrained")
+        panels = figure.subplots(rows, 3, squeeze=False, height_ratios=heights)
+        for (left, middle, right), one in zip(panels, findings.floors, strict=False):
             _errors(figure, left, one)
+            _levels(figure, middle, one)
             _open_ends(right, one, findings)
         if not findings.floors:
             for axes in panels.ravel():
@@ -50,23 +55,45 @@ def picture_of(findings: Findings) -> bytes:
         figure.suptitle(f"Radio map version {findings.described['version']}", ha="left", x=0.01, weight="bold")
         written = io.BytesIO()
         figure.savefig(written, format="png", metadata={"Software": None})
-    return written.getvalue()
+        height = figure.bbox.height
+        canvases = {
+            one.place.floor: _canvas(axes, height) for axes, one in zip(panels[:, 2], findings.floors, strict=False)
+        }
+    return written.getvalue(), canvases
+
+
+def _canvas(axes: Axes, height: float) -> dict[str, list[float]]:
+    box, (west, east), (south, north) = axes.get_window_extent(), axes.get_xlim(), axes.get_ylim()
+    return {"pixels": [box.x0, height - box.y1, box.x1, height - box.y0], "frame": [west, south, east, north]}
 
 
 def _errors(figure: Figure, axes: Axes, one: FloorFindings) -> None:
-    _plan(axes, one, 0.5)
-    cells = one.cells
-    squares = [Rectangle((x - CELL_M / 2, y - CELL_M / 2), CELL_M, CELL_M) for x, y in cells.xy_m.tolist()]
-    drawn = PatchCollection(squares, cmap="cividis_r", edgecolor="white", linewidth=0.3, alpha=0.92, zorder=3)
-    drawn.set_array(cells.mean_m)
-    drawn.set_clim(0.0, WORST_SHOWN_M)
-    axes.add_collection(drawn)
-    figure.colorbar(drawn, ax=axes, label="mean error, m", extend="max", shrink=0.8, pad=0.01)
+    _squares(figure, axes, one, one.cells.mean_m, WORST_SHOWN_M, "mean error, m")
     error = one.described["error"]
     told = "no walk could be left out"
     if error["mean"] is not None:
-        told = f"mean {error['mean']:.1f} m, 95 % within {error['quantile_95']:.1f} m"
-    axes.set_title(f"{one.place.floor}: single scans, their own walk left out: {told}")
+        told = f"error of a single scan: mean {error['mean']:.1f} m, 95 % within {error['quantile_95']:.1f} m"
+    axes.set_title(f"{one.place.floor}: {told}")
+
+
+def _levels(figure: Figure, axes: Axes, one: FloorFindings) -> None:
+    _squares(figure, axes, one, one.cells.level_m, HIGHEST_SHOWN_M, "mean protection level, m")
+    level = one.described["level"]
+    told = "no walk could be left out"
+    if level["median"] is not None:
+        told = f"its level at risk {level['risk']:g}: median {level['median']:.1f} m"
+        told += f", holds {100.0 * level['inside']:.1f} %"
+    axes.set_title(f"{one.place.floor}: {told}")
+
+
+def _squares(figure: Figure, axes: Axes, one: FloorFindings, value_m: FloatArray, highest_m: float, label: str) -> None:
+    _plan(axes, one, 0.5)
+    squares = [Rectangle((x - CELL_M / 2, y - CELL_M / 2), CELL_M, CELL_M) for x, y in one.cells.xy_m.tolist()]
+    drawn = PatchCollection(squares, cmap="cividis_r", edgecolor="white", linewidth=0.3, alpha=0.92, zorder=3)
+    drawn.set_array(value_m)
+    drawn.set_clim(0.0, highest_m)
+    axes.add_collection(drawn)
+    figure.colorbar(drawn, ax=axes, label=label, extend="max", shrink=0.8, pad=0.01)
 
 
 def _open_ends(axes: Axes, one: FloorFindings, findings: Findings) -> None:
@@ -98,10 +125,12 @@ def _open_ends(axes: Axes, one: FloorFindings, findings: Findings) -> None:
         Line2D([], [], color=_SCAN, marker=".", lw=0, ms=4, label="survey scan"),
         Line2D([], [], color=_ALIKE, marker="o", mfc="white", lw=1.6, ms=4, label="look-alike places"),
     ]
+    handles.append(Patch(fc=f"{RESURVEY}66", ec=RESURVEY, lw=1.6, label="survey here again"))
     if len(elsewhere):
         label = "looks like another floor"
         handles.append(Line2D([], [], color=_ALIKE, marker="D", mfc="white", lw=0, ms=5, label=label))
-    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.02), ncols=len(handles), fontsize=8)
+    place: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.02)}
+    axes.legend(handles=handles, **place, ncols=len(handles) if len(handles) <= 4 else 3, fontsize=8)
 
 
 def _plan(axes: Axes, one: FloorFindings, strength: float) -> None:

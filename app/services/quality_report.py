@@ -13,6 +13,7 @@ import orjson
 from app.estimation.arrays import BoolArray, FloatArray, IntArray
 from app.floorplan.georeference import Georeference
 from app.floorplan.walkable import Polygon, plan_polygons, walkable_cells
+from app.fusion.single_fix import single_fix_levels_m
 from app.integrity.map_quality import ErrorCells, coverage_gaps, distinct_pairs, error_cells, look_alikes
 from app.services.quality_description import (
     MOST_NAMED,
@@ -20,17 +21,23 @@ from app.services.quality_description import (
     described_cells,
     described_error,
     described_gap,
+    described_level,
     described_place,
     described_risk,
     strongest_places,
 )
 from app.survey.spool import fingerprint_of, read_rows
+from app.wifi.beacons import parted
 from app.wifi.fingerprint import Fingerprint
+from app.wifi.fix_calibration import calibration_of
+from app.wifi.left_out import left_out_scans
 from app.wifi.radio_map import RadioMap
 from app.wifi.radio_map_codec import decode_radio_map
 from app.wifi.similarity import point_distances
-from app.wifi.walk_errors import leave_one_walk_out
+from app.wifi.survey_likeness import likeness_of, likeness_sections, stored_likeness
 
+RISK = 0.01
+"""Of the levels that are shown: what sessions ask for unless they say otherwise."""
 CELL_M = 4.0
 """Of the error map: a few scans each in an ordinary survey."""
 RASTER_M = 1.0
@@ -88,15 +95,22 @@ def made_report(spool: Path, radio_map: bytes, floors: Sequence[ReportFloor]) ->
     from app.services.quality_picture import picture_of  # only the process that draws loads what it takes
 
     with spool.open("rb") as stream:
-        fingerprints = [fingerprint_of(row) for row in read_rows(stream)]
+        # the report is about WiFi
+        fingerprints, _ = parted([fingerprint_of(row) for row in read_rows(stream)])
     findings = examined(fingerprints, decode_radio_map(radio_map), floors)
-    return orjson.dumps(findings.described, option=orjson.OPT_SERIALIZE_NUMPY), picture_of(findings)
+    picture, canvases = picture_of(findings)
+    described = {**findings.described, "canvases": canvases}
+    return orjson.dumps(described, option=orjson.OPT_SERIALIZE_NUMPY), picture
 
 
 def examined(fingerprints: Sequence[Fingerprint], radio_map: RadioMap, floors: Sequence[ReportFloor]) -> Findings:
-    """Everything that a survey and its radio map say about themselves."""
-    errors = leave_one_walk_out(fingerprints)
-    names, walk = np.unique([one.walk for one in fingerprints], return_inverse=True)
+    """Everything that a survey and its radio map say about themselves. What was heard of beacons is left out."""
+    fingerprints, _ = parted(fingerprints)
+    left_out = left_out_scans(fingerprints)
+    level_m = single_fix_levels_m(radio_map, left_out.match, RISK)
+    learnt_from = calibration_of(radio_map).walks
+    likeness = stored_likeness(radio_map.sections) or likeness_of(fingerprints, left_out, radio_map.floors)
+    walk_names, walk = np.unique([one.walk for one in fingerprints], return_inverse=True)
     at_floor = np.array([one.floor for one in fingerprints])
     xy_m = np.array([(one.x_m, one.y_m) for one in fingerprints], np.float64).reshape(-1, 2)
     points, pairs, limit = _pairs(radio_map)
@@ -109,9 +123,10 @@ def examined(fingerprints: Sequence[Fingerprint], radio_map: RadioMap, floors: S
             continue
         number = radio_map.floors.index(place.floor)
         here = at_floor == place.floor
-        tried = here[errors.scan]
-        right = tried & errors.floor_right
-        cells = error_cells(xy_m[errors.scan[right]], errors.error_m[right], walk[errors.scan[right]], CELL_M)
+        of_floor = here[left_out.scan]
+        right = of_floor & left_out.floor_right
+        placed, errors = left_out.scan[right], (left_out.error_m[right], level_m[right])
+        cells = error_cells(xy_m[placed], *errors, walk[placed], CELL_M)
         features = _features(place)
         walkable = walkable_cells(features, xy_m[here], (place.width_m, place.height_m), RASTER_M)
         share, missing, gaps = coverage_gaps(walkable, RASTER_M, xy_m[here], REACH_M)
@@ -122,8 +137,9 @@ def examined(fingerprints: Sequence[Fingerprint], radio_map: RadioMap, floors: S
             "width": place.width_m,
             "height": place.height_m,
             "scans": int(here.sum()),
-            "risk": described_risk(errors.error_m[right], walk[errors.scan[right]]),
-            "error": described_error(errors.error_m[right], int(tried.sum()), int((tried & errors.placed).sum())),
+            "risk": described_risk(errors[0], walk[placed]),
+            "error": described_error(errors[0], int(here[left_out.tried].sum()), int(of_floor.sum())),
+            "level": described_level(*errors, RISK, learnt_from),
             "cell": CELL_M,
             "cells": described_cells(cells),
             "coverage": {
@@ -150,16 +166,20 @@ def examined(fingerprints: Sequence[Fingerprint], radio_map: RadioMap, floors: S
         }
         found.append(FloorFindings(place, features, xy_m[here], cells, missing, listed, described))
 
-    right = errors.floor_right
+    right = left_out.floor_right
+    placed, errors = left_out.scan[right], (left_out.error_m[right], level_m[right])
     described = {
         "version": radio_map.version,
+        "floor_names": list(radio_map.floors),
         "fingerprints": len(fingerprints),
-        "walks": len(names),
-        "risk": described_risk(errors.error_m[right], walk[errors.scan[right]]),
-        "error": described_error(errors.error_m[right], len(errors.scan), int(errors.placed.sum())),
+        "walks": len(walk_names),
+        "risk": described_risk(errors[0], walk[placed]),
+        "error": described_error(errors[0], len(left_out.tried), len(left_out.scan)),
+        "level": described_level(*errors, RISK, learnt_from),
         "access_points": described_access_points(fingerprints, walk, xy_m, at_floor, radio_map),
         "floors": [one.described for one in found],
         "strongest": strongest_places(radio_map),
+        "likeness": {name: rows.tolist() for name, rows in likeness_sections(likeness).items()},
     }
     return Findings(tuple(found), radio_map.floors, point_xy_m, point_floor, described)
 

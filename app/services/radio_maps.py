@@ -13,6 +13,7 @@ from app.services.worker_processes import WorkerProcesses
 from app.storage.radio_map_rows import BuiltMap, OutdatedError, RadioMapRows, VersionRow
 from app.storage.survey_rows import SurveyRows
 from app.survey.spool import fingerprint_of, read_rows, write_row
+from app.wifi.fingerprint import Fingerprint
 from app.wifi.fix_calibration import calibrated_map
 from app.wifi.radio_map_codec import encode_radio_map
 
@@ -95,14 +96,16 @@ class RadioMaps:
         """
         version = await self._rows.newest(venue_id) + 1
         with tempfile.TemporaryDirectory(prefix="surefix-map-") as folder:
-            stored = Path(folder) / "stored"
-            with stored.open("wb") as stream:
-                async for rows in self._surveys.fingerprints(surveys):
-                    for row in rows:
-                        write_row(stream, row)
-            spools = [stored] if addition is None else [stored, addition]
-            body, summary = await self._workers.run(encoded_map, spools, version)
-        return BuiltMap(version, tuple(surveys), complete, summary, body, active)
+            spools = []
+            for survey in surveys:
+                spools.append(Path(folder) / str(survey))
+                with spools[-1].open("wb") as stream:
+                    async for rows in self._surveys.fingerprints([survey]):
+                        for row in rows:
+                            write_row(stream, row)
+            spools += [] if addition is None else [addition]
+            body, summary, heard = await self._workers.run(encoded_map, spools, version)
+        return BuiltMap(version, tuple(surveys), complete, summary, body, active, heard)
 
     async def _venue(self, venue: str) -> int:
         venue_id = await self._surveys.venue(venue)
@@ -111,18 +114,22 @@ class RadioMaps:
         return venue_id
 
 
-def encoded_map(spools: Sequence[Path], version: int) -> tuple[bytes, dict[str, Any]]:
-    """The radio map of all fingerprints in some spools, encoded, and counts about it."""
-    fingerprints = []
-    for spool in spools:
+def encoded_map(spools: Sequence[Path], version: int) -> tuple[bytes, dict[str, Any], dict[int, int]]:
+    """The radio map of all fingerprints in some spools, encoded, counts about it, and by access point the place of the
+    last spool that holds it."""
+    fingerprints, heard = list[Fingerprint](), dict[int, int]()
+    for place, spool in enumerate(spools):
         with spool.open("rb") as stream:
-            fingerprints += [fingerprint_of(row) for row in read_rows(stream)]
+            found = [fingerprint_of(row) for row in read_rows(stream)]
+        heard |= {bssid: place for one in found for bssid in one.bssid.tolist()}
+        fingerprints += found
     radio_map = calibrated_map(fingerprints, version)
     per_floor = {floor: sum(one.floor == floor for one in fingerprints) for floor in radio_map.floors}
     summary = {
         "fingerprints": len(fingerprints),
         "reference_points": len(radio_map.scans),
         "access_points": len(radio_map.bssid),
+        "beacons": 0 if radio_map.beacons is None else len(radio_map.beacons.bssid),
         "floors": per_floor,
     }
-    return encode_radio_map(radio_map), summary
+    return encode_radio_map(radio_map), summary, heard

@@ -7,6 +7,7 @@ from collections import OrderedDict
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 
+from app.errors import InvalidInput
 from app.fusion.interface import Site
 
 LARGEST = 64
@@ -63,3 +64,16 @@ class SiteCache:
             if len(self._held) > self._largest:
                 self._held.popitem(last=False)
         return read
+
+
+def refuse_unknown_floor(site: Site, floor: str | None, field: str) -> None:
+    """Nothing, if the venue has that floor or none is named.
+
+    Raises
+    ------
+    InvalidInput : it has not.
+    """
+    if floor is not None and floor not in site.floors:
+        raise InvalidInput(
+            f"the venue has no floor {floor[:64]!r}; it has {', '.join(sorted(site.floors)) or 'none'}", field
+        )

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Mapping
 from weakref import WeakValueDictionary
 
+import orjson
+
 from app.errors import NotFound
-from app.fusion.interface import Site
+from app.floorplan.free_space import FreeSpace
+from app.fusion.interface import Floor, Site, spaces_of
 from app.services.site_cache import SiteRevision
 from app.services.venues import floor_of
 from app.storage.radio_map_rows import ActiveMap, RadioMapRows
@@ -43,7 +47,16 @@ class SiteReader:
             watched = await self._watch_lists.watched(venue, active.version)
         # the revision is the oldest reading's: if floors or list have changed in between, they are read again
         floors = {row.floor: floor_of(row) for row in found[1]}
-        return SiteRevision(active.revision, Site(floors, radio_map, watched))
+        plans = {row.floor: await self._venues.read_plan(venue, row.floor) for row in found[1] if row.has_plan}
+        spaces = await asyncio.to_thread(self._spaces_of, floors, plans, radio_map)
+        return SiteRevision(active.revision, Site(floors, radio_map, watched, spaces))
+
+    @staticmethod
+    def _spaces_of(
+        floors: Mapping[str, Floor], plans: Mapping[str, bytes | None], radio_map: RadioMap | None
+    ) -> dict[str, FreeSpace]:
+        decoded = {floor: None if plan is None else orjson.loads(plan) for floor, plan in plans.items()}
+        return spaces_of(floors.values(), decoded, radio_map)
 
     async def _radio_map(self, venue: str, active: ActiveMap) -> RadioMap | None:
         if active.version is None or active.body is None:

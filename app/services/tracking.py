@@ -11,22 +11,24 @@ import dataclasses
 import re
 import secrets
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 from weakref import WeakValueDictionary
 
 from app.errors import Conflict, Expired, InvalidInput, NotFound
+from app.fusion.evidence_codec import encode_evidence
 from app.fusion.interface import Method, SessionStart, Site
 from app.fusion.state_codec import decode_state, encode_state
 from app.observations import Batch, Fix
 from app.services.alerts import alert_of
 from app.services.announcements import ALERTS, Announcements
 from app.services.fix_document import fix_document, initial_document
+from app.services.fix_listener import FixListener
 from app.services.session_clock import refuse_out_of_window
-from app.services.site_cache import SiteCache
+from app.services.site_cache import SiteCache, refuse_unknown_floor
+from app.services.smoothed_tracks import SmoothedTracks
 from app.services.tickets import check_ticket, issue_ticket
-from app.services.watch_lists import WatchLists
 from app.storage.session_rows import FixRow, SessionRow, SessionRows
 from app.storage.session_state import HotStates
 
@@ -79,7 +81,7 @@ class Tracking:
         methods: Mapping[str, Method],
         session_hours: float,
         now_ms: Callable[[], int] = server_ms,
-        watch_lists: WatchLists | None = None,
+        listeners: Sequence[FixListener] = (),
     ) -> None:
         self._rows = rows
         self._hot = hot
@@ -87,9 +89,10 @@ class Tracking:
         self._methods = methods
         self._lifetime_ms = round(session_hours * 3_600_000)
         self._now_ms = now_ms
-        self._watch_lists = watch_lists
+        self._listeners = listeners
         self._locks: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()
         self.announcements = Announcements()
+        self.smoothed = SmoothedTracks(rows, sites, self.live)
 
     async def open(
         self, venue: str, method: str, start: SessionStart, device: Mapping[str, str] | None = None
@@ -108,8 +111,8 @@ class Tracking:
             raise NotFound(f"there is no venue {venue[:64]!r}")
         venue_id, revision = found
         site = await self._sites.site(venue, revision)
-        _refuse_unknown_floor(site, start.floor, "floor")
-        _refuse_unknown_floor(site, None if start.start is None else start.start.floor, "start.floor")
+        refuse_unknown_floor(site, start.floor, "floor")
+        refuse_unknown_floor(site, None if start.start is None else start.start.floor, "start.floor")
         now_ms = self._now_ms()
         opened = OpenedSession(secrets.token_hex(16), venue, method, now_ms, now_ms + self._lifetime_ms)
         await self._rows.open(
@@ -173,6 +176,7 @@ class Tracking:
             batch.sequence,
             None if fix.time_s is None else round(1000.0 * fix.time_s),
             fix_document(row.session, batch, fix, site),
+            encode_evidence(fix),
         )
         now_ms = self._now_ms()
         alert = alert_of(row, made, now_ms)
@@ -182,8 +186,8 @@ class Tracking:
         self.announcements.announce(row.session)
         if alert is not None:
             self.announcements.announce(ALERTS)
-        if fix.integrity.excluded and self._watch_lists is not None and site.radio_map is not None:
-            await self._watch_lists.notice(row.venue, site.radio_map.version, row.session, fix.integrity.excluded)
+        for heard in self._listeners:
+            await heard(row.venue, site, row.session, row.method, fix)
         return made.body
 
     async def _advanced(self, method: str, state: Any, batch: Batch, site: Site) -> tuple[Any, Fix]:
@@ -241,10 +245,3 @@ class Tracking:
         """Erase the tracks and states of sessions that are over; gives their number."""
         now_ms = self._now_ms()
         return await self._rows.purge(now_ms, now_ms - FORGET_AFTER_MS)
-
-
-def _refuse_unknown_floor(site: Site, floor: str | None, field: str) -> None:
-    if floor is not None and floor not in site.floors:
-        raise InvalidInput(
-            f"the venue has no floor {floor[:64]!r}; it has {', '.join(sorted(site.floors)) or 'none'}", field
-        )

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from app.errors import DependencyDown, InvalidInput, NotFound
-from app.observations import Excluded
+from app.fusion.interface import Site
+from app.observations import Excluded, Fix
 from app.storage.watch_list_rows import WatchedRow, WatchListRows
 from app.wifi.bssid import parse_bssid
 
@@ -104,6 +105,11 @@ class WatchLists:
             raise NotFound(
                 f"access point {bssid[:40]!r} is not watched in radio map version {version} of {venue[:64]!r}"
             )
+
+    async def heard(self, venue: str, site: Site, session: str, _method: str, fix: Fix) -> None:
+        """Take up a new Fix of a session."""
+        if fix.integrity.excluded and site.radio_map is not None:
+            await self.notice(venue, site.radio_map.version, session, fix.integrity.excluded)
 
     async def notice(self, venue: str, version: int, session: str, excluded: Iterable[Excluded]) -> None:
         """Take up what a new Fix of a session has excluded; costs a transaction for what this session had not yet.

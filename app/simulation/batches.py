@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from app.observations import AxisSamples
+from app.observations import AxisSamples, PressureSamples
 from app.simulation.access_points import AccessPoints
 from app.simulation.recording import Recording
 from app.simulation.trace_writer import bssid_text
@@ -34,6 +34,8 @@ def batch_bodies(recording: Recording, access_points: AccessPoints, seconds: flo
         body: dict[str, Any] = {"sequence": sequence, "end": end_ms}
         for name, stream in streams.items():
             body[name] = _columns(stream, end_s - seconds, end_s)
+        if len(recording.barometer.time_s):
+            body["barometer"] = _pressures(recording.barometer, end_s - seconds, end_s)
         wifi = []
         while scan is not None and scan.time_ms <= end_ms:
             wifi.append({"t": scan.time_ms, "readings": _readings(scan, access_points)})
@@ -48,6 +50,12 @@ def _columns(stream: AxisSamples, after_s: float, until_s: float) -> dict[str, l
     times = np.rint(1000 * stream.time_s[first:last]).astype(np.int64).tolist()
     x, y, z = np.round(stream.values[first:last], 5).T.tolist()
     return {"t": times, "x": x, "y": y, "z": z}
+
+
+def _pressures(stream: PressureSamples, after_s: float, until_s: float) -> dict[str, list[float]]:
+    first, last = np.searchsorted(stream.time_s, [after_s, until_s], side="right")
+    times = np.rint(1000 * stream.time_s[first:last]).astype(np.int64).tolist()
+    return {"t": times, "pressure": np.round(stream.pressure_hpa[first:last], 4).tolist()}
 
 
 def _readings(scan: SimulatedScan, access_points: AccessPoints) -> list[dict[str, Any]]:

@@ -7,7 +7,7 @@ south-west corner of the outline's bounding box), so that nothing downstream may
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -43,9 +43,15 @@ class SimulatedFloor:
             _turned(np.asarray(xy_m, dtype=np.float64), self.rotation_rad) + self.shift_m, dtype=np.float64
         )
 
-    def route(self, rng: np.random.Generator, length_m: float) -> FloatArray:
-        """A random walk through rooms and corridors as corner points (k, 2) in the floor frame, about that long."""
-        return self.to_frame(self.walkways.route(rng, length_m))
+    def route(self, rng: np.random.Generator, length_m: float, near_m: tuple[float, float] | None = None) -> FloatArray:
+        """A random walk through rooms and corridors as corner points (k, 2) in the floor frame, about that long.
+
+        near_m : where it begins, about; None: anywhere.
+        """
+        if near_m is None:
+            return self.to_frame(self.walkways.route(rng, length_m))
+        begin = _turned(np.array([near_m]) - self.shift_m, -self.rotation_rad)[0]
+        return self.to_frame(self.walkways.route(rng, length_m, begin))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,8 +70,11 @@ def make_building(
     floor_count: int,
     rng: np.random.Generator,
     georeference: Georeference | None = None,
+    reshaped: Callable[[Layout], Layout] = lambda layout: layout,
 ) -> Building:
     """A building of a kind (``office``, ``mall`` or ``hospital``) whose floors differ in rooms and materials.
+
+    reshaped : what becomes of each floor's layout, such as another size.
 
     Raises
     ------
@@ -78,7 +87,7 @@ def make_building(
     rotation_rad = math.radians(float(rng.uniform(-30.0, 30.0)))
     floors = []
     for number in range(floor_count):
-        layout = LAYOUTS[kind](rng)
+        layout = reshaped(LAYOUTS[kind](rng))
         outline = _turned(np.asarray(layout.outline, dtype=np.float64), rotation_rad)
         low, high = outline.min(axis=0), outline.max(axis=0)
         floors.append(

@@ -58,14 +58,13 @@ def sensed(
     turned = (attitude[:-1].inv() * attitude[1:]).as_rotvec() * rate_hz
     gyroscope = np.vstack([turned, turned[-1:]]) + rng.normal(0.0, 0.004, 3) + rng.normal(0.0, 0.008, force.shape)
 
-    z = np.full(len(walk.time_s), walk.floor.level * walk.floor.storey_height_m)
-    field = EARTH_FIELD_UT + disturbance.all_at(np.column_stack([walk.xy_m, z]))
+    field = EARTH_FIELD_UT + disturbance.all_at(np.column_stack([walk.xy_m, walk.height_m]))
     magnetometer = attitude.inv().apply(field) + rng.normal(0.0, 1.0, 3) + rng.normal(0.0, 0.5, force.shape)
 
     # clockwise positive: north appears where the disturbed field points
     bent_rad = np.arctan2(field[:, 0], field[:, 1])
     error_rad = gaussian_filter1d(bent_rad, HEADING_LAG_S / 2 * rate_hz, mode="nearest")
-    error_rad += wander(rng, len(z), 12.0 * rate_hz, np.radians(7.0))
+    error_rad += wander(rng, len(field), 12.0 * rate_hz, np.radians(7.0))
     quaternion = (Rotation.from_rotvec(np.outer(error_rad, [0.0, 0.0, 1.0])) * attitude).as_quat(canonical=True)
 
     time_s = np.round(walk.time_s + rng.uniform(0.0, 1.0) / rate_hz, 3)
@@ -99,6 +98,8 @@ def body_motion_mps2(walk: Walk, rate_hz: float, rng: np.random.Generator) -> Fl
     up = 0.44 * size * (np.cos(angle) + a * np.cos(2 * angle + 0.3) + b * np.cos(3 * angle + 0.6))
     forward = 0.17 * size * np.sin(angle + rng.normal(0.4, 0.3)) + 0.05 * size * np.sin(2 * angle)
     forward += gaussian_filter1d(np.gradient(walk.speed_mps) * rate_hz, 0.1 * rate_hz)
+    if walk.climbed_m is not None:  # lifts press and lift
+        up += np.gradient(np.gradient(walk.climbed_m)) * rate_hz**2
     side = 0.08 * size * np.sin(angle / 2 + rng.uniform(0.0, 6.0))
     sin, cos = np.sin(walk.heading_rad), np.cos(walk.heading_rad)
     return np.column_stack([forward * sin + side * cos, forward * cos - side * sin, up])

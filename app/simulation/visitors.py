@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import httpx
@@ -12,8 +13,9 @@ import numpy as np
 
 from app.errors import SurefixError
 from app.simulation.batches import batch_bodies
+from app.simulation.climb import Climbing
 from app.simulation.plan_files import plan_geojson, plan_image
-from app.simulation.recording import VISITOR_PHONES, World, record_walk
+from app.simulation.recording import VISITOR_PHONES, World, record_climb, record_walk
 from app.simulation.site import survey_walks
 from app.simulation.trace_writer import trace_bytes
 
@@ -106,7 +108,11 @@ class Visitors:
         floors = self._world.building.floors
         floor, phone = floors[(number + visit) % len(floors)], VISITOR_PHONES[number % len(VISITOR_PHONES)]
         way_m = float(rng.uniform(*VISIT_M))
-        recording = await asyncio.to_thread(record_walk, self._world, floor, phone, time.time(), way_m, RATE_HZ, rng)
+        record = partial(record_walk, self._world, floor)
+        if len(floors) > 1 and visit % 2:  # every other visit goes on to the next floor
+            levels, how = (floor.level, (floor.level + 1) % len(floors)), list(Climbing)[visit // 2 % 2]
+            record, way_m = partial(record_climb, self._world, levels, how), way_m / 2.0
+        recording = await asyncio.to_thread(record, phone, time.time(), way_m, RATE_HZ, rng)
         began, first_ms = time.monotonic(), 1000 * float(recording.walk.time_s[0])
         opening = {"venue": self._world.building.name, "device": {"brand": phone.brand, "model": phone.model}}
         session = answer(await client.post("/v1/sessions", json=opening), 201)["session"]

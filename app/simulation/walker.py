@@ -40,10 +40,11 @@ class Person:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Walk:
-    """The truth of a walk on one floor, in its frame, sampled at the sensors' rate.
+    """The truth of a walk, in its floor's frame, sampled at the sensors' rate.
 
     time_s : (n,) Unix.  xy_m : (n, 2).  heading_rad : (n,) direction of the body, not wrapped.  speed_mps : (n,).
     step_phase : (n,) steps taken so far, with fraction.  waypoint_time_s : (w,).  waypoint_xy_m : (w, 2).
+    climbed_m : (n,) above the floor, None of who stays on it.  other_floors : that are changed to (climb.py).
     """
 
     floor: SimulatedFloor
@@ -55,12 +56,27 @@ class Walk:
     step_phase: FloatArray
     waypoint_time_s: FloatArray
     waypoint_xy_m: FloatArray
+    climbed_m: FloatArray | None = None
+    other_floors: tuple[SimulatedFloor, ...] = ()
+
+    @property
+    def height_m(self) -> FloatArray:
+        """(n,) of the feet above the ground floor."""
+        climbed_m = np.zeros(len(self.time_s)) if self.climbed_m is None else self.climbed_m
+        return climbed_m + self.floor.level * self.floor.storey_height_m
+
+    def floor_at(self, time_s: float) -> SimulatedFloor:
+        """The floor that the walker is on or, between two, nearest to."""
+        if not self.other_floors:
+            return self.floor
+        height_m = np.interp(time_s, self.time_s, self.height_m)
+        floors = (self.floor, *self.other_floors)
+        return min(floors, key=lambda floor: abs(floor.level * floor.storey_height_m - height_m))
 
     def moved_m(self, from_s: float, to_s: float) -> float:
         """How far apart the places at two times are."""
-        here, there = (
-            np.array([np.interp(t, self.time_s, self.xy_m[:, axis]) for axis in (0, 1)]) for t in (from_s, to_s)
-        )
+        axes = (*self.xy_m.T, self.height_m)
+        here, there = (np.array([np.interp(t, self.time_s, axis) for axis in axes]) for t in (from_s, to_s))
         return float(np.linalg.norm(there - here))
 
 

@@ -78,10 +78,17 @@ class Walkways:
         boxes = np.array([(p.x0, p.y0, p.x1, p.y1) for p in places])
         return cls(boxes, distance, before.astype(np.int64), goal)
 
-    def route(self, rng: np.random.Generator, length_m: float) -> FloatArray:
-        """Corner points (k, 2) of a way from one random goal to the next, cut off at length_m."""
+    def route(self, rng: np.random.Generator, length_m: float, near: FloatArray | None = None) -> FloatArray:
+        """Corner points (k, 2) of a way from one random goal to the next, cut off at length_m.
+
+        near : (2,) where it begins, or as near as a place is; by default at a random goal.
+        """
         goals = np.flatnonzero(self.goal)
-        here = int(rng.choice(goals))
+        if near is None:
+            here = int(rng.choice(goals))
+        else:
+            centres = (self.places[:, :2] + self.places[:, 2:]) / 2.0
+            here = int(np.linalg.norm(centres - near, axis=1).argmin())
         points = [self._point(rng, here)]
         walked = 0.0
         while walked < length_m:

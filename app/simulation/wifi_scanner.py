@@ -52,13 +52,15 @@ def scans_along(
     offset_db: float,
     rng: np.random.Generator,
     every_s: float | None = None,
+    unrest: float = 1.0,
 ) -> Iterator[SimulatedScan]:
     """The scans delivered during a walk, one every 2 to 4 s, made as they are asked for.
 
     offset_db : what this phone reads more than another.  every_s : of a phone that scans so often, and as much faster.
+    unrest : by what fading and the changes between two visits are larger than usual.
     """
     radios = len(access_points.level)
-    changed_db = rng.normal(0.0, CHANGED_DB, radios) + offset_db + rng.normal(0.0, HAND_WALK_DB)
+    changed_db = rng.normal(0.0, unrest * CHANGED_DB, radios) + offset_db + rng.normal(0.0, HAND_WALK_DB)
     changed_db[rng.random(radios) < SWITCHED_OFF] = -200.0
     networks = len(access_points.bssid)
     seen_s = np.full(networks, -np.inf)
@@ -69,13 +71,13 @@ def scans_along(
         1.15 - (access_points.frequency_mhz - 5180) / 645 * 0.45,
     )
     channel_age_s *= 1.0 if every_s is None else min(every_s / USUAL_PAUSE_S, 1.0)
-    fading_db, moved_m = _fading_db(rng, radios), 0.0
+    fading_db, moved_m = unrest * _fading_db(rng, radios), 0.0
     time_s = walk.time_s[0] - PREROLL_S + float(rng.uniform(0.0, 2.0))
     while time_s <= walk.time_s[-1]:
         heard_s = time_s - channel_age_s - rng.uniform(0.0, 0.08, radios)
         heard, level = _listen(walk, access_points, heard_s)
         alike = np.exp(-moved_m / FADING_M)
-        fading_db = alike * fading_db + np.sqrt(1.0 - alike**2) * _fading_db(rng, radios)
+        fading_db = alike * fading_db + np.sqrt(1.0 - alike**2) * unrest * _fading_db(rng, radios)
         of_radio = np.full(radios, -200.0)
         of_radio[heard] = level + (changed_db + fading_db)[heard]
         heard_level = of_radio[access_points.radio] + rng.normal(0.0, NETWORK_JITTER_DB, networks)
@@ -102,7 +104,7 @@ def scans_along(
 def _listen(walk: Walk, access_points: AccessPoints, heard_s: FloatArray) -> tuple[IntArray, FloatArray]:
     """Radios that may be heard at their times, and the levels at which they arrive."""
     xy = np.column_stack([np.interp(heard_s, walk.time_s, walk.xy_m[:, axis]) for axis in (0, 1)])
-    heard, level = access_points.mean_dbm(walk.floor, xy)
+    heard, level = access_points.mean_dbm(walk.floor_at(float(heard_s[0])), xy)
     away = access_points.place_m[heard, :2] - xy[heard]
     bearing = np.arctan2(away[:, 0], away[:, 1])
     facing = np.interp(heard_s[heard], walk.time_s, walk.heading_rad)

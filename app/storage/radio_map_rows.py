@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from sqlalchemy import and_, bindparam, func, insert, select, update
 from sqlalchemy.ext.asyncio import AsyncConnection, AsyncEngine
 
 from app.storage.database import reachable
-from app.storage.tables import radio_maps, surveys, venues
+from app.storage.tables import radio_maps, surveys, venues, watched_access_points
 
 
 class OutdatedError(Exception):
@@ -23,6 +23,7 @@ class BuiltMap:
 
     version : the number it was built under.  surveys : those it is made of.  complete : these must be all that the
     venue has.  summary : counts for listings.  body : encoded.  active : publish it, too.
+    heard : by access point, which of the surveys, by its place among them, heard it last.
     """
 
     version: int
@@ -31,6 +32,7 @@ class BuiltMap:
     summary: Mapping[str, Any]
     body: bytes
     active: bool
+    heard: Mapping[int, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,9 +135,33 @@ async def insert_version(connection: AsyncConnection, venue_id: int, built: Buil
         "body": built.body,
         "created_ms": now_ms,
     }
-    await connection.execute(insert(radio_maps).values(values))
+    map_id = await connection.scalar(insert(radio_maps).values(values).returning(radio_maps.c.id))
+    assert map_id is not None  # an insert returns its row
+    await _inherit(connection, venue_id, map_id, built)
     if built.active:
         await _activate(connection, venue_id, built.version)
+
+
+async def _inherit(connection: AsyncConnection, venue_id: int, map_id: int, built: BuiltMap) -> None:
+    """Watch what is watched in the version in use, but for what was surveyed after it came onto the list."""
+    watched = (
+        select(watched_access_points)
+        .join(radio_maps, radio_maps.c.id == watched_access_points.c.radio_map_id)
+        .join(venues, and_(venues.c.id == radio_maps.c.venue_id, venues.c.active_version == radio_maps.c.version))
+        .where(venues.c.id == venue_id, watched_access_points.c.removed_ms.is_(None))
+    )
+    rows = (await connection.execute(watched)).mappings().all()
+    if not rows:
+        return
+    times = select(surveys.c.id, surveys.c.created_ms).where(surveys.c.id.in_(built.surveys))
+    created_ms = {row[0]: row[1] for row in await connection.execute(times)}
+    kept = []
+    for row in rows:
+        last = built.heard.get(row["bssid"])
+        if last is None or created_ms[built.surveys[last]] <= row["first_seen_ms"]:
+            kept.append({**row, "radio_map_id": map_id})
+    if kept:
+        await connection.execute(insert(watched_access_points), kept)
 
 
 async def _activate(connection: AsyncConnection, venue_id: int, version: int) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import Select, and_, bindparam, delete, insert, select, update
+from sqlalchemy import Select, and_, bindparam, case, delete, insert, select, update
 from sqlalchemy.ext.asyncio import AsyncEngine
 
 from app.storage.database import reachable
@@ -38,11 +38,22 @@ class SessionRow:
 
 @dataclass(frozen=True, slots=True)
 class FixRow:
-    """A stored Fix: its body is the answer, byte for byte."""
+    """A stored Fix: its body is the answer, byte for byte. evidence : what it was made of; written, not read back."""
 
     sequence: int
     t_ms: int | None
     body: bytes
+    evidence: bytes | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class EvidenceRow:
+    """What a stored Fix was made of. body : the Fix itself, where that was not written down."""
+
+    sequence: int
+    t_ms: int | None
+    evidence: bytes | None
+    body: bytes | None
 
 
 class SessionRows:
@@ -92,6 +103,7 @@ class SessionRows:
         """
         moved = {"of": session, "after": after, "to": fix.sequence, "blob": state, "until": expires_ms}
         made = {"session": session, "sequence": fix.sequence, "t_ms": fix.t_ms, "body": fix.body}
+        made["evidence"] = fix.evidence
         async with reachable(), self._engine.begin() as connection:
             if (await connection.execute(_MOVE, moved)).rowcount != 1:
                 return False
@@ -125,6 +137,14 @@ class SessionRows:
         async with reachable(), self._engine.connect() as connection:
             rows = (await connection.execute(query.order_by(fixes.c.sequence).limit(limit))).all()
         return [FixRow(*row) for row in rows]
+
+    async def read_evidence(self, session: str, bodies: bool = False) -> list[EvidenceRow]:
+        """What all fixes of a session were made of, in order of sequence. bodies : and each Fix, whether or not."""
+        body = fixes.c.body if bodies else case((fixes.c.evidence.is_(None), fixes.c.body))
+        query = select(fixes.c.sequence, fixes.c.t_ms, fixes.c.evidence, body).where(fixes.c.session == session)
+        async with reachable(), self._engine.connect() as connection:
+            rows = (await connection.execute(query.order_by(fixes.c.sequence))).all()
+        return [EvidenceRow(*row) for row in rows]
 
     async def erase(self, session: str) -> bool:
         """Remove a session with everything it has left; False if there is none."""

@@ -154,6 +154,8 @@ fixes = Table(
     Column("t_ms", BigInteger),
     # the answer, byte for byte
     Column("body", LargeBinary, nullable=False),
+    # app/fusion/evidence_codec.py; null before there was any such thing
+    Column("evidence", LargeBinary),
 )
 
 tasks = Table(
@@ -235,4 +237,14 @@ radio_map_reports = Table(
     Column("report", LargeBinary, nullable=False),
     Column("picture", LargeBinary, nullable=False),
     Column("created_ms", BigInteger, nullable=False),
+)
+
+map_use = Table(
+    "map_use",
+    metadata,
+    Column("radio_map_id", _KEY, ForeignKey("radio_maps.id", ondelete="CASCADE"), primary_key=True),
+    Column("floor", String(64), primary_key=True),
+    *(Column(n, Integer, primary_key=True, autoincrement=False) for n in ("east", "north", "period")),
+    *(Column(n, BigInteger, nullable=False) for n in ("scans", "unfit", "visits", "session_bits", "last_ms")),
+    *(Column(n, Float, nullable=False) for n in ("total", "total_square")),
 )

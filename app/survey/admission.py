@@ -12,6 +12,7 @@ import numpy as np
 
 from app.errors import InvalidInput
 from app.survey.rejection import Rejections
+from app.wifi.beacons import beacon_key
 from app.wifi.bssid import parse_bssid
 from app.wifi.fingerprint import Fingerprint
 
@@ -20,6 +21,7 @@ RSSI_RANGE_DBM = (-127.0, 20.0)
 LATEST_MS = 10**14
 OPT_OUT = "_nomap"
 """End of an SSID whose owner does not want to be mapped; such readings are dropped unseen."""
+LONGEST_BEACON_ID = 128
 MARGIN_M = 10.0
 """Places may lie so far outside the floor's frame: plans are drawn tight and surveyors lean out."""
 GROUPS = 50
@@ -81,7 +83,7 @@ def known_floor(floors: Mapping[str, FloorExtent], floor: str) -> FloorExtent:
 
 @dataclass(slots=True)
 class PlaceReadings:
-    """A fingerprint while its readings come in; of an access point heard twice the stronger counts."""
+    """A fingerprint while its readings come in; of an access point or beacon heard twice the stronger counts."""
 
     extent: FloorExtent
     x_m: float
@@ -96,6 +98,16 @@ class PlaceReadings:
             if len(self.rssi_by_bssid) >= MOST_READINGS:
                 raise ValueError(f"more than {MOST_READINGS} access points at one place and time")
             self.rssi_by_bssid[address] = max(rssi_dbm, self.rssi_by_bssid.get(address, rssi_dbm))
+
+    def hear_beacon(self, beacon: str, rssi_dbm: float) -> None:
+        """Add a reading of a Bluetooth beacon. Raises ValueError for one that is no measurement."""
+        rssi_dbm = checked_rssi(rssi_dbm)
+        if not 0 < len(beacon) <= LONGEST_BEACON_ID:
+            raise ValueError(f"the id of a beacon has 1 to {LONGEST_BEACON_ID} characters")
+        if len(self.rssi_by_bssid) >= MOST_READINGS:
+            raise ValueError(f"more than {MOST_READINGS} access points at one place and time")
+        key = beacon_key(beacon)
+        self.rssi_by_bssid[key] = max(rssi_dbm, self.rssi_by_bssid.get(key, rssi_dbm))
 
     def fingerprint(self) -> Fingerprint:
         """The finished fingerprint.

@@ -1,5 +1,7 @@
 """Surveys as JSON: `{"floor", "device", "fingerprints": [{"x", "y", "t", "readings": [{"bssid", "rssi"}]}]}`.
 
+A fingerprint may also hold `"bluetooth": [{"id", "rssi"}]`, what was heard of beacons.
+
 The body is read twice from its file and never held as a whole: first what surrounds the fingerprints, then those one by
 one.
 """
@@ -58,6 +60,11 @@ def read_json(
                 _hear(readings, reading)
             except ValueError as error:
                 notes.rejections.add(f"{where}.readings[{at}]", str(error))
+        for at, reading in enumerate(item.get("bluetooth") or ()):
+            try:
+                _hear_beacon(readings, reading)
+            except ValueError as error:
+                notes.rejections.add(f"{where}.bluetooth[{at}]", str(error))
         if readings.rssi_by_bssid:
             yield readings.fingerprint()
         else:
@@ -148,6 +155,8 @@ def _place(item: object, extent: FloorExtent) -> PlaceReadings:
     x_m, y_m = checked_place(_number(item, "x"), _number(item, "y"), extent)
     if not isinstance(item.get("readings"), list):
         raise ValueError("readings must be a list")
+    if not isinstance(item.get("bluetooth"), list | None):
+        raise ValueError("bluetooth must be a list")
     return PlaceReadings(extent, x_m, y_m, checked_time_ms(_number(item, "t")) / 1000.0)
 
 
@@ -156,6 +165,12 @@ def _hear(readings: PlaceReadings, reading: object) -> None:
         raise ValueError("a reading is an object of bssid and rssi")
     ssid = reading.get("ssid")
     readings.hear(reading["bssid"], _number(reading, "rssi"), ssid if isinstance(ssid, str) else "")
+
+
+def _hear_beacon(readings: PlaceReadings, reading: object) -> None:
+    if not isinstance(reading, dict) or not isinstance(reading.get("id"), str):
+        raise ValueError("a reading of a beacon is an object of id and rssi")
+    readings.hear_beacon(reading["id"], _number(reading, "rssi"))
 
 
 def _number(item: dict[str, Any], name: str) -> float:

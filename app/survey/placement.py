@@ -1,5 +1,7 @@
 """From a surveyor's walk to fingerprints: every scan at the place where the surveyor was when it came.
 
+Scans of Bluetooth beacons make fingerprints of their own, at the place of the middle of what was heard together.
+
 Between two waypoints the walker is placed on the straight line by steps walked, scaled so that they meet both ends; so
 pauses and hurry do not shift the map. Readings that the phone repeats from further back than FRESH_S belong to earlier
 places and are left out. docs/decisions/0002-placing-survey-readings.md has the measurements behind each choice.
@@ -16,6 +18,7 @@ from app.observations import Batch
 from app.pdr.tracker import advance_pdr, initial_pdr_state
 from app.survey.rejection import Rejection
 from app.survey.trace import Trace
+from app.wifi.beacons import LISTENING_S, beacon_key, heard_beacons
 from app.wifi.fingerprint import Fingerprint
 
 FRESH_S = 6.0
@@ -30,9 +33,12 @@ def fingerprints_of(trace: Trace, floor: str) -> tuple[list[Fingerprint], list[R
         return [], [Rejection(trace.trace, "fewer than two waypoints: its scans have no place")]
     first_s, last_s = trace.waypoint_time_s[0], trace.waypoint_time_s[-1]
     scans = [scan for scan in trace.scans if first_s <= scan.time_s <= last_s]
-    places = walked_places(trace, np.array([scan.time_s for scan in scans]))
+    of_beacons = [scan for scan in trace.bluetooth if first_s <= scan.time_s <= last_s]
+    scanned_s = [scan.time_s for scan in scans]
+    listened_s = [max(scan.time_s - LISTENING_S / 2.0, first_s) for scan in of_beacons]
+    places = walked_places(trace, np.array(scanned_s + listened_s))
     fingerprints = []
-    for scan, (x_m, y_m) in zip(scans, places, strict=True):
+    for scan, (x_m, y_m) in zip(scans, places[: len(scans)], strict=True):
         fresh = scan.seen_s >= max(scan.time_s - FRESH_S, first_s)
         if fresh.any():
             fingerprints.append(
@@ -46,8 +52,11 @@ def fingerprints_of(trace: Trace, floor: str) -> tuple[list[Fingerprint], list[R
                     rssi_dbm=scan.rssi_dbm[fresh],
                 )
             )
+    for heard, (x_m, y_m) in zip(of_beacons, places[len(scans) :], strict=True):
+        key, rssi_dbm = heard_beacons(np.array([beacon_key(one) for one in heard.beacon], np.int64), heard.rssi_dbm)
+        fingerprints.append(Fingerprint(floor, float(x_m), float(y_m), heard.time_s, trace.trace, key, rssi_dbm))
     if not fingerprints:
-        return [], [Rejection(trace.trace, "no WiFi scan between the first and the last waypoint")]
+        return [], [Rejection(trace.trace, "no scan between the first and the last waypoint")]
     return fingerprints, []
 
 

@@ -18,9 +18,10 @@ import numpy as np
 
 from app.errors import InvalidInput
 from app.estimation.arrays import FloatArray
-from app.observations import AxisSamples, WifiScan
+from app.observations import AxisSamples, BluetoothScan, WifiScan
 from app.survey.admission import LATEST_MS, OPT_OUT, RSSI_RANGE_DBM, checked_rssi, checked_time_ms
 from app.survey.rejection import Rejection, Rejections
+from app.survey.trace_columns import BeaconRecords, axis_samples, table, wifi_scans
 from app.survey.unpacking import Allowance, damage_named, unpacked
 from app.wifi.bssid import parse_bssid
 
@@ -40,7 +41,7 @@ _STREAMS = {
     b"TYPE_ROTATION_VECTOR": "rotation_vector",
 }
 _SAMPLE_CELLS = 6  # time, type, x, y, z, accuracy
-_WIFI, _WAYPOINT = b"TYPE_WIFI", b"TYPE_WAYPOINT"
+_WIFI, _BEACON, _WAYPOINT = b"TYPE_WIFI", b"TYPE_BEACON", b"TYPE_WAYPOINT"
 _OPT_OUT = OPT_OUT.encode()
 
 
@@ -57,7 +58,7 @@ class Trace:
     """One walk of one surveyor.
 
     trace : file name up to its first dot.  waypoint_time_s : (w,) increasing.  waypoint_xy_m : (w, 2) in the floor's
-    frame.  scans in the order of time.  rejected : the first unreadable records; rejected_count : all of them.
+    frame.  scans, bluetooth : in the order of time.  rejected : the first unreadable records; rejected_count : all.
     """
 
     trace: str
@@ -71,6 +72,7 @@ class Trace:
     scans: tuple[WifiScan, ...]
     rejected: tuple[Rejection, ...] = ()
     rejected_count: int = 0
+    bluetooth: tuple[BluetoothScan, ...] = ()
 
 
 def read_trace(content: IO[bytes] | bytes, name: str) -> Trace:
@@ -107,6 +109,7 @@ class _Reader:
         self._device: dict[str, str] = {}
         self._samples = {kind: array("d") for kind in _STREAMS}  # time_ms, x, y, z
         self._readings = array("d")  # time_ms, bssid, seen_ms, rssi_dbm
+        self._beacons = BeaconRecords()
         self._waypoints: dict[int, tuple[float, float]] = {}
         self._rejections = Rejections()
         self._records = 0
@@ -155,6 +158,8 @@ class _Reader:
                 samples.extend((time_ms, x, y, z))
             elif kind == _WIFI:
                 self._reading(cells)
+            elif kind == _BEACON:
+                self._beacons.read(cells)
             elif kind == _WAYPOINT:
                 self._waypoint(cells)
         except (ValueError, IndexError) as error:
@@ -201,10 +206,11 @@ class _Reader:
             device=Device(self._device.get("Brand", ""), self._device.get("Model", "")),
             waypoint_time_s=np.array([time_ms for time_ms, _ in waypoints], dtype=np.float64) / 1000.0,
             waypoint_xy_m=np.array([place for _, place in waypoints], dtype=np.float64).reshape(-1, 2),
-            scans=_scans(_table(self._readings)),
+            scans=wifi_scans(table(self._readings)),
             rejected=tuple(self._rejections.listed),
             rejected_count=self._rejections.count,
-            **{_STREAMS[kind]: _axis_samples(_table(rows)) for kind, rows in self._samples.items()},
+            bluetooth=self._beacons.scans(),
+            **{_STREAMS[kind]: axis_samples(table(rows)) for kind, rows in self._samples.items()},
         )
 
 
@@ -220,31 +226,3 @@ def _address(cell: bytes) -> int:
 
 def _time_ms(cell: bytes) -> int:
     return int(checked_time_ms(int(cell)))
-
-
-def _table(rows: array[float]) -> FloatArray:
-    return np.frombuffer(rows, dtype=np.float64).reshape(-1, 4)
-
-
-def _scans(readings: FloatArray) -> tuple[WifiScan, ...]:
-    """Readings (n, 4) of equal time as scans. Of one that occurs twice the last `seen` counts, ties the stronger."""
-    if not len(readings):
-        return ()
-    time_ms, bssid, seen_ms, rssi_dbm = readings[np.lexsort(readings.T[[3, 2, 1, 0]])].T
-    starts = np.flatnonzero(np.diff(time_ms, prepend=-1.0))
-    last_of = np.append((np.diff(time_ms) != 0.0) | (np.diff(bssid) != 0.0), True)
-    return tuple(
-        WifiScan(
-            time_s=float(time_ms[begin]) / 1000.0,
-            bssid=bssid[begin:end][last_of[begin:end]].astype(np.int64),
-            rssi_dbm=rssi_dbm[begin:end][last_of[begin:end]],
-            seen_s=seen_ms[begin:end][last_of[begin:end]] / 1000.0,
-        )
-        for begin, end in zip(starts, np.append(starts[1:], len(time_ms)), strict=True)
-    )
-
-
-def _axis_samples(table: FloatArray) -> AxisSamples:
-    if np.any(np.diff(table[:, 0]) < 0.0):
-        table = table[np.argsort(table[:, 0], kind="stable")]
-    return AxisSamples(time_s=table[:, 0] / 1000.0, values=table[:, 1:].copy())

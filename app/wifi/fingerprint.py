@@ -12,7 +12,8 @@ class Fingerprint:
     """Readings heard at one place and time of a survey.
 
     x_m, y_m : in the floor's frame.  walk : identifier of the survey walk (or survey) it came from: what is left out
-    together in cross-validation.  bssid : (n,) 48-bit MAC addresses as integers, each once.  rssi_dbm : (n,).
+    together in cross-validation.  bssid : (n,) keys of what was heard, each once: 48-bit MAC addresses as integers, and
+    keys of Bluetooth beacons (app/wifi/beacons.py).  rssi_dbm : (n,).
     """
 
     floor: str

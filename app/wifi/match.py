@@ -37,6 +37,11 @@ class Match:
         """To the best neighbour: large where the scan is unlike anything surveyed."""
         return float(self.distance[0])
 
+    def alike(self, share: float) -> IntArray:
+        """The neighbours of at least this share of the best one's weight."""
+        alike: IntArray = self.points[self.weight >= share * self.weight.max()]
+        return alike
+
 
 def matched(
     index: MatchIndex,

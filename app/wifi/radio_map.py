@@ -31,7 +31,7 @@ class RadioMap:
     ----------
     version : number of the published version, 0 for one never published.
     floors : names in order.
-    bssid : (a,) ascending 48-bit addresses.
+    bssid : (a,) ascending 48-bit addresses, or keys of beacons in a map of those.
     floor : (p,) index into floors.  xy_m : (p, 2) mean place of the point's scans, in its floor's frame.
     scans : (p,) how many scans the point was made of, at least 1.
     start : (a + 1,).  point : (n,).
@@ -39,6 +39,7 @@ class RadioMap:
     mean_dbm : (n,) over those scans.  variance_db2 : (n,) unbiased, 0 of one scan.
     weibull : (n,) parameters, of mean_dbm and spread_db.
     sections : further arrays that belong to this version, by name (signal field, calibration).
+    beacons : the same of the Bluetooth beacons of the venue, with the same floors; None where none were surveyed.
     """
 
     version: int
@@ -54,6 +55,7 @@ class RadioMap:
     variance_db2: Float32Array
     weibull: Weibull
     sections: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    beacons: RadioMap | None = None
 
     @property
     def share_heard(self) -> Float32Array:
@@ -66,7 +68,9 @@ class RadioMap:
         return np.repeat(np.arange(len(self.bssid), dtype=np.int32), np.diff(self.start))
 
 
-def build_radio_map(fingerprints: Sequence[Fingerprint], version: int = 0, cell_m: float = CELL_M) -> RadioMap:
+def build_radio_map(
+    fingerprints: Sequence[Fingerprint], version: int = 0, cell_m: float = CELL_M, floors: Sequence[str] = ()
+) -> RadioMap:
     """Gather fingerprints into reference points and describe each access point there.
 
     Fingerprints of one place (to a centimetre) are one reference point; the others are gathered in squares of cell_m.
@@ -76,10 +80,11 @@ def build_radio_map(fingerprints: Sequence[Fingerprint], version: int = 0, cell_
     ----------
     fingerprints : none make an empty map.
     cell_m : side of a square; 0 leaves every fingerprint a point of its own, also those of one place.
+    floors : that the map has even if none of the fingerprints is of them.
     """
     ordered = sorted(fingerprints, key=lambda one: (one.floor, one.x_m, one.y_m, one.time_s, one.walk))
-    floors = tuple(sorted({one.floor for one in ordered}))
-    number = {name: index for index, name in enumerate(floors)}
+    names = tuple(sorted({*floors, *(one.floor for one in ordered)}))
+    number = {name: index for index, name in enumerate(names)}
     floor = np.array([number[one.floor] for one in ordered], dtype=np.int64)
     xy_m = np.array([(one.x_m, one.y_m) for one in ordered], dtype=np.float64).reshape(-1, 2)
     first, point_of = _gather(floor, xy_m, cell_m)
@@ -97,7 +102,7 @@ def build_radio_map(fingerprints: Sequence[Fingerprint], version: int = 0, cell_
     mean32_dbm = mean_dbm.astype(np.float32)
     return RadioMap(
         version=version,
-        floors=floors,
+        floors=names,
         bssid=bssid,
         floor=floor[first].astype(np.int32),
         xy_m=mean_xy_m,

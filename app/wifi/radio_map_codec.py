@@ -1,13 +1,15 @@
 """A radio map as bytes: what the database stores. Arrays and their names, zstd-compressed, nothing that executes.
 
 Layout: MAGIC, then a zstd frame with checksum of: length of the table of contents (4 bytes, little-endian), the table
-(JSON), and the arrays' bytes in its order. Weibull parameters are functions of mean and variance and made anew.
+(JSON), and the arrays' bytes in its order; the table of a map with beacons holds theirs under `beacons`, and their
+arrays follow. Weibull parameters are functions of mean and variance and made anew.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -47,23 +49,29 @@ def encode_radio_map(radio_map: RadioMap) -> bytes:
     ------
     ValueError : a section of another kind than numbers.
     """
+    table, parts = _contents(radio_map)
+    if radio_map.beacons is not None:
+        table["beacons"], arrays = _contents(radio_map.beacons)
+        parts += arrays
+    head = orjson.dumps(table)
+    compressor = zstandard.ZstdCompressor(level=_LEVEL, write_checksum=True)
+    return MAGIC + compressor.compress(b"".join([len(head).to_bytes(4, "little"), head, *parts]))
+
+
+def _contents(radio_map: RadioMap) -> tuple[dict[str, Any], list[bytes]]:
+    """A map's part of the table, and its arrays' bytes; without its beacons."""
     arrays = {name: np.ascontiguousarray(getattr(radio_map, name)) for name in _KINDS}
     sections = {name: np.ascontiguousarray(radio_map.sections[name]) for name in sorted(radio_map.sections)}
     for name, array in sections.items():
         if array.dtype.str not in _ALLOWED:
             raise ValueError(f"section {name} holds {array.dtype}: only little-endian numbers can be stored")
-    table = orjson.dumps(
-        {
-            "version": radio_map.version,
-            "floors": list(radio_map.floors),
-            "arrays": [_entry(name, array) for name, array in arrays.items()],
-            "sections": [_entry(name, array) for name, array in sections.items()],
-        }
-    )
-    parts = [len(table).to_bytes(4, "little"), table]
-    parts += [array.tobytes() for array in (*arrays.values(), *sections.values())]
-    compressor = zstandard.ZstdCompressor(level=_LEVEL, write_checksum=True)
-    return MAGIC + compressor.compress(b"".join(parts))
+    table = {
+        "version": radio_map.version,
+        "floors": list(radio_map.floors),
+        "arrays": [_entry(name, array) for name, array in arrays.items()],
+        "sections": [_entry(name, array) for name, array in sections.items()],
+    }
+    return table, [array.tobytes() for array in (*arrays.values(), *sections.values())]
 
 
 def decode_radio_map(body: bytes) -> RadioMap:
@@ -79,17 +87,30 @@ def decode_radio_map(body: bytes) -> RadioMap:
     try:
         size = int.from_bytes(content[:4], "little")
         table = orjson.loads(content[4 : 4 + size])
-        floors = tuple(str(name) for name in table["floors"])
-        version = int(table["version"])
-        arrays, end = _arrays(table["arrays"], content, 4 + size)
-        sections, end = _arrays(table["sections"], content, end)
+        radio_map, end = _map(table, content, 4 + size)
+        if "beacons" in table:
+            beacons, end = _map(table["beacons"], content, end)
+            if beacons.floors != radio_map.floors:
+                raise DamagedRadioMapError("the radio map and its beacons are of different floors")
+            radio_map = replace(radio_map, beacons=beacons)
+    except DamagedRadioMapError:
+        raise
     except (ValueError, KeyError, TypeError) as error:
         raise DamagedRadioMapError(f"the radio map's table of contents is damaged: {error!r}") from error
     if end != len(content):
         raise DamagedRadioMapError("the radio map is longer or shorter than its table of contents says")
+    return radio_map
+
+
+def _map(table: Any, content: bytes, at: int) -> tuple[RadioMap, int]:
+    """The map that a table describes, its arrays read from `at` on, and where they end."""
+    floors = tuple(str(name) for name in table["floors"])
+    version = int(table["version"])
+    arrays, end = _arrays(table["arrays"], content, at)
+    sections, end = _arrays(table["sections"], content, end)
     _check(arrays, len(floors))
     weibull = weibull_of(arrays["mean_dbm"], spread_db(arrays["count"], arrays["variance_db2"]))
-    return RadioMap(version=version, floors=floors, **arrays, weibull=weibull, sections=sections)
+    return RadioMap(version=version, floors=floors, **arrays, weibull=weibull, sections=sections, beacons=None), end
 
 
 def _entry(name: str, array: NDArray[Any]) -> dict[str, Any]:

@@ -27,3 +27,9 @@ def at_least(scan: WifiScan, threshold_dbm: float) -> WifiScan:
 
 def _only(scan: WifiScan, kept: np.ndarray[tuple[int], np.dtype[np.intp]]) -> WifiScan:
     return WifiScan(scan.time_s, scan.bssid[kept], scan.rssi_dbm[kept], scan.seen_s[kept])
+
+
+def is_news(scan: WifiScan, earlier_s: float | None) -> bool:
+    """Whether at least half of a scan's fresh readings were heard after an earlier scan; phones repeat themselves."""
+    seen_s = fresh_readings(scan).seen_s
+    return earlier_s is None or 2 * int(np.count_nonzero(seen_s > earlier_s)) >= len(seen_s)

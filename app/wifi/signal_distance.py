@@ -29,8 +29,16 @@ class Distance(IntEnum):
     COSINE = 2
 
 
+_NONE = np.empty(0, np.int64)
+
+
 def distances(
-    index: MatchIndex, bssid: IntArray, rssi_dbm: FloatArray, distance: Distance, points: IntArray | None = None
+    index: MatchIndex,
+    bssid: IntArray,
+    rssi_dbm: FloatArray,
+    distance: Distance,
+    points: IntArray | None = None,
+    unheeded: IntArray = _NONE,
 ) -> FloatArray:
     """Distance of one scan to every reference point, or to some.
 
@@ -38,28 +46,52 @@ def distances(
     ----------
     bssid, rssi_dbm : (n,) the scan, each access point once.
     points : (m,) reference points to compare with; all if None.
+    unheeded : (u,) access points that count on neither side, each once; the scan holds none of them.
 
     Returns
     -------
     (p,) or (m,). SORENSEN and COSINE are 1 where nothing is shared.
     """
     value = represent(rssi_dbm, index.representation)
+    total, square = index.total, index.square
+    if len(unheeded):
+        total, square = _without(index.bssid, index.start, index.point, index.value, total, square, unheeded)
     if points is None:
-        return _to_all(
-            index.bssid, index.start, index.point, index.value, index.total, index.square, bssid, value, int(distance)
-        )
+        return _to_all(index.bssid, index.start, index.point, index.value, total, square, bssid, value, int(distance))
     return _to_some(
         index.bssid,
         index.row_start,
         index.column,
         index.row_value,
-        index.total,
-        index.square,
+        total,
+        square,
         bssid,
         value,
         int(distance),
         points,
     )
+
+
+@numba.njit(cache=True, nogil=True)
+def _without(
+    known: IntArray,
+    start: IntArray,
+    point: Int32Array,
+    value: Float32Array,
+    total: FloatArray,
+    square: FloatArray,
+    unheeded: IntArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Sums of the points' values, and of their squares, without some access points."""
+    total, square = total.copy(), square.copy()
+    for k in range(len(unheeded)):
+        i = np.searchsorted(known, unheeded[k])
+        if i == len(known) or known[i] != unheeded[k]:
+            continue
+        for j in range(start[i], start[i + 1]):
+            total[point[j]] = max(total[point[j]] - value[j], 0.0)
+            square[point[j]] = max(square[point[j]] - float(value[j]) ** 2, 0.0)
+    return total, square
 
 
 @numba.njit(cache=True, nogil=True)

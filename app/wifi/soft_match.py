@@ -20,14 +20,16 @@ from app.wifi.representation import Representation
 from app.wifi.signal_distance import Distance, distances
 
 SQUARED = Representation(exponent=2.0)
+NOTHING: IntArray = np.empty(0, np.int64)
 
 
 @dataclass(frozen=True, slots=True)
 class SoftSettings:
     """Measured on folds 1-4 of the mall walks.
 
+    representation, distance : how levels are compared.
     smooth_m : standard deviation of the weight that surveyed places around a point have in it.
-    softness : cosine distance by which a point's weight falls to 1/e.
+    softness : signal distance by which a point's weight falls to 1/e.
     voters : points that vote for the floor.
     neighbours : points that count, the best first; the others' weight is next to nothing.
     """
@@ -37,6 +39,7 @@ class SoftSettings:
     softness: float = 0.006
     voters: int = 5
     neighbours: int = 200
+    distance: Distance = Distance.COSINE
 
 
 def soft_match(
@@ -46,6 +49,7 @@ def soft_match(
     settings: SoftSettings = SoftSettings(),
     floor: int | None = None,
     points: IntArray | None = None,
+    unheeded: IntArray = NOTHING,
 ) -> Match | None:
     """Match one scan.
 
@@ -56,6 +60,7 @@ def soft_match(
     bssid, rssi_dbm : (n,) the scan, each access point once.
     floor : index of the floor to place it on; by default the one that the nearest points vote for.
     points : (m,) the only reference points to look at.
+    unheeded : (u,) access points that the map is read without; the scan holds none of them.
 
     Returns
     -------
@@ -65,7 +70,7 @@ def soft_match(
     known = known_access_points(index, bssid)
     if known == 0:
         return None
-    distance = distances(index, bssid, rssi_dbm, Distance.COSINE, points)
+    distance = distances(index, bssid, rssi_dbm, settings.distance, points, unheeded)
     distance[distance >= 1.0] = np.inf  # shares nothing
     floors = index.floor if points is None else index.floor[points]
     around = nearest(distance, floors, -1, settings.voters)

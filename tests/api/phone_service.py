@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Mapping
 from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 from fastapi import FastAPI, Request
@@ -18,7 +19,7 @@ from app.api.problems import install_problems
 from app.api.sessions import sessions_router
 from app.errors import Unauthenticated
 from app.floorplan.georeference import Georeference
-from app.fusion.interface import Floor, Site
+from app.fusion.interface import Floor, Method, Site
 from app.fusion.state_codec import decode_state
 from app.services.site_cache import SiteCache, SiteRevision
 from app.services.tracking import Tracking
@@ -51,7 +52,9 @@ class Wired:
     loads: list[int]
 
 
-def wire(url: str, sessions: str = "memory") -> Wired:
+def wire(
+    url: str, sessions: str = "memory", site: Site = SITE, methods: Mapping[str, Method] = MappingProxyType({})
+) -> Wired:
     """The endpoints of phones over that database, in which the venue `mall` is made where it is missing."""
     engine = connect(url)
     clock_ms, loads = [1_700_000_000_000], []
@@ -60,11 +63,11 @@ def wire(url: str, sessions: str = "memory") -> Wired:
         async with engine.connect() as connection:
             revision = await connection.scalar(select(venues.c.revision).where(venues.c.venue == venue))
         loads.append(int(revision or 0))
-        return SiteRevision(int(revision or 0), SITE)
+        return SiteRevision(int(revision or 0), site)
 
     hot = hot_states(sessions, decode_state, 3600.0)
     rows = SessionRows(engine)
-    tracking = Tracking(rows, hot, SiteCache(load), {"odometer": ODOMETER}, 12.0, lambda: clock_ms[0])
+    tracking = Tracking(rows, hot, SiteCache(load), {"odometer": ODOMETER, **methods}, 12.0, lambda: clock_ms[0])
 
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
@@ -118,9 +121,11 @@ class PhoneService:
 
 
 @contextmanager
-def phone_service(url: str, sessions: str = "memory") -> Iterator[PhoneService]:
+def phone_service(
+    url: str, sessions: str = "memory", site: Site = SITE, methods: Mapping[str, Method] = MappingProxyType({})
+) -> Iterator[PhoneService]:
     """The endpoints over that database, running."""
-    wired = wire(url, sessions)
+    wired = wire(url, sessions, site, methods)
     headers = {"Authorization": f"Bearer {KEY}"}
     with TestClient(wired.app, headers=headers, raise_server_exceptions=False) as client:
         yield PhoneService(client, wired)

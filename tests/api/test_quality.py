@@ -1,19 +1,25 @@
 from __future__ import annotations
 
+import asyncio
 import base64
 import hashlib
+import math
 import re
 import time
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
 from fastapi.testclient import TestClient
 from httpx import Response
 
+from app.services.map_use import PERIOD_MS
+from app.storage.database import connect
+from app.storage.map_use_rows import MapUseRows, UsedSquare, UseRow
 from app.survey.admission import GROUPS
 from app.wifi.bssid import format_bssid
-from tests.api.whole_service import whole_service
+from tests.api.whole_service import database_in, whole_service
 from tests.services.test_quality_report import survey
 
 MAP = "/v1/venues/mall/radio-maps/1"
@@ -23,9 +29,15 @@ STRANGE = "<script>alert(1)</script>"
 
 
 @pytest.fixture(scope="module")
-def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where the service keeps its database."""
+    return tmp_path_factory.mktemp("quality")
+
+
+@pytest.fixture(scope="module")
+def client(folder: Path) -> Iterator[TestClient]:
     """The service, with a venue that was surveyed by several walks; its report is not made yet."""
-    with whole_service(tmp_path_factory.mktemp("quality")) as made:
+    with whole_service(folder) as made:
         made.post("/v1/venues", json={"venue": "mall"})
         made.put("/v1/venues/mall/floors/F1", json={"level": 0, "width": 60.0, "height": 20.0})
         for walk in range(3):
@@ -80,8 +92,10 @@ def test_the_report_says_how_good_the_map_is(made: dict[str, Any]) -> None:
     assert 3 < made["walks"] <= 3 * GROUPS  # points are left out in groups of each survey
     assert made["error"]["mean"] > 0.0
     assert made["floors"][0]["cells"] and made["floors"][0]["coverage"]["gaps"]
-    assert made["drift"] == {"score": 0.0, "resurvey": []}
-    assert "strongest" not in made
+    drift = made["drift"]
+    assert (drift["score"], drift["squares"], drift["resurvey"]) == (None, 0, [])
+    assert (drift["watched_share"], drift["access_points"]) == (0.0, [])
+    assert not {"strongest", "likeness", "floor_names", "canvases"} & made.keys()
 
 
 def test_the_picture_is_a_png(client: TestClient, made: dict[str, Any]) -> None:
@@ -109,14 +123,40 @@ def test_what_use_has_shown_since_is_in_the_report_and_text_stays_text(
     client.post(f"{MAP}/watch-list", json={"bssid": WATCHED, "reason": STRANGE})
     client.post(f"{MAP}/watch-list", json={"bssid": "ff:ff:ff:ff:ff:fe"})  # not of this map
     drift = finished(client).json()["drift"]
-    assert drift["score"] == pytest.approx(1.0 / made["access_points"]["known"])
-    (again,) = drift["resurvey"]
+    assert drift["watched_share"] == pytest.approx(1.0 / made["access_points"]["known"])
+    (again,) = drift["access_points"]
     assert (again["bssid"], again["reason"], again["floor"]) == (WATCHED, STRANGE, "F1")
     assert abs(again["x"] - 16.0) <= 4.0  # where it stands
     page = client.get(f"{MAP}/quality.html").text
     assert WATCHED in page and STRANGE not in page and "&lt;script&gt;" in page
     client.delete(f"{MAP}/watch-list/{WATCHED}")
-    assert finished(client).json()["drift"]["resurvey"] == []
+    assert finished(client).json()["drift"]["access_points"] == []
+
+
+def test_squares_that_use_has_found_changed_are_listed_and_drawn(
+    client: TestClient, made: dict[str, Any], folder: Path
+) -> None:
+    before = client.get(f"{MAP}/quality.png").content
+    bits, mean = (1 << 20) - 1, math.log(0.9)
+    use = UseRow(80, 8, 20, 20 * mean, 20 * mean**2, bits, time.time_ns() // 1_000_000)
+    period = time.time_ns() // 1_000_000 // PERIOD_MS
+
+    async def add() -> None:
+        engine = connect(database_in(folder))
+        await MapUseRows(engine).add({("mall", 1): {UsedSquare("F1", 2, 0, period): use}})
+        await engine.dispose()
+
+    asyncio.run(add())
+    drift = finished(client).json()["drift"]
+    (again,) = drift["resurvey"]
+    assert (again["floor"], again["x"], again["y"], again["size"]) == ("F1", 25.0, 5.0, 10.0)
+    assert (again["scans"], again["unfit"], again["visits"]) == (80, 8, 20) and again["surveyed"] > 0
+    assert again["reason"] == "changed since it was surveyed"
+    assert (drift["squares"], drift["score"]) == (1, again["ratio"]) and drift["score"] > 3.0
+    after = client.get(f"{MAP}/quality.png").content
+    page = client.get(f"{MAP}/quality.html").text
+    assert after != before and base64.b64encode(after).decode() in page
+    assert again["reason"] in page and "1 of 1 squares" in page
 
 
 def test_a_version_that_does_not_exist_has_no_report(client: TestClient) -> None:

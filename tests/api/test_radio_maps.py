@@ -31,7 +31,7 @@ def active(service: SurveyService) -> Any:
 def test_a_version_is_built_of_chosen_surveys_and_is_not_active(service: SurveyService) -> None:
     answer = service.client.post(MAPS, json={"surveys": [3, 1, 3]})
     assert answer.status_code == 201
-    summary = {"fingerprints": 2, "reference_points": 2, "access_points": 2, "floors": {"F1": 2}}
+    summary = {"fingerprints": 2, "reference_points": 2, "access_points": 2, "beacons": 0, "floors": {"F1": 2}}
     built = {"version": 2, "active": False, "created": CLOCK_MS, "surveys": [1, 3], "summary": summary}
     assert answer.json() == built
     listed = service.client.get(MAPS).json()

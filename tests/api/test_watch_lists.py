@@ -98,14 +98,17 @@ def test_a_version_that_does_not_exist_has_no_list(client: TestClient) -> None:
     assert client.get(LIST.replace("/1/", "/x/")).status_code == 422
 
 
-def test_a_new_version_begins_with_an_empty_list(client: TestClient) -> None:
-    client.post(LIST, json={"bssid": OTHER})
+def test_a_new_version_takes_the_list_over_until_what_is_on_it_is_surveyed_again(client: TestClient) -> None:
+    for bssid in (OTHER, MOVED):
+        client.post(LIST, json={"bssid": bssid})
     surveys = client.get("/v1/venues/mall/radio-maps").json()["radio_maps"][0]["surveys"]
     assert client.post("/v1/venues/mall/radio-maps", json={"surveys": surveys}).json()["version"] == 2
     client.put("/v1/venues/mall/radio-map", json={"version": 2})
     session = opened(client)
     send(client, session, 0)
-    assert seen[-1] == frozenset()
-    client.put("/v1/venues/mall/radio-map", json={"version": 1})
+    assert seen[-1] == {int(OTHER.replace(":", ""), 16), FAULT_BSSID}
+    again = [{"x": 5.0, "y": 10.0, "t": T0, "readings": [{"bssid": OTHER, "rssi": -70}]}]
+    answer = client.post("/v1/venues/mall/surveys?publish=true", json={"floor": "F1", "fingerprints": again})
+    assert (answer.status_code, answer.json()["version"]) == (201, 3), answer.text
     send(client, session, 1)
-    assert seen[-1] == {int(OTHER.replace(":", ""), 16)}
+    assert seen[-1] == {FAULT_BSSID}

@@ -37,6 +37,13 @@ def test_tables_a_document_and_plots_come_out(site: Path, tmp_path: Path) -> Non
     assert sorted(path.name for path in tmp_path.glob("*.png")) == plots
 
 
+def test_smoothed_tracks_are_rows_beside_what_was_known_at_the_time(site: Path, tmp_path: Path) -> None:
+    options = ("--methods", "surefix", "--folds", "2", "--limit", "1", "--jobs", "1", "--smoothed", "--json")
+    shown = json.loads(_evaluate(site, *options, "--out", tmp_path).stdout)["methods"]
+    assert list(shown) == ["surefix", "surefix smoothed", "surefix 4 s late"]
+    assert shown["surefix smoothed"]["all"]["answers"] == shown["surefix"]["all"]["answers"]
+
+
 def test_json_on_standard_output_is_the_document_and_nothing_else(site: Path, tmp_path: Path) -> None:
     options = ("--methods", "surefix", "--fold", "0", "--fold", "1", "--folds", "2", "--limit", "1", "--jobs", "1")
     result = _evaluate(site, *options, "--floors", "F2", "--alert-limit", "15", "--json", "--out", tmp_path)

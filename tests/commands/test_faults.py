@@ -29,7 +29,9 @@ def test_a_table_comes_out_as_text_and_as_a_document(site: Path, tmp_path: Path)
     result = _faults(site, *FEW, "--out", tmp_path)
     assert "surefix, fold 0, alert limit 10 m" in result.stdout
     assert (tmp_path / "faults.txt").read_text() == result.stdout
-    rows = json.loads((tmp_path / "faults.json").read_text())["methods"]["surefix"]
+    limits = json.loads((tmp_path / "faults.json").read_text())["parts"]["fold 0"]["limits"]
+    assert list(limits) == ["10", "20"]
+    rows = limits["10"]["surefix"]
     assert list(rows) == ["none", "half_gone", "gyro_biased"]
     assert [row["walks"] for row in rows.values()] == [2, 2, 2]
     assert rows["none"]["waypoints_m"] == rows["none"]["waypoints_clean_m"]
@@ -39,6 +41,20 @@ def test_the_same_seed_gives_the_same_document_on_standard_output(site: Path, tm
     shown = [_faults(site, *FEW, "--seed", "3", "--json", "--out", tmp_path).stdout for _ in range(2)]
     assert shown[0] == shown[1]
     assert json.loads(shown[0])["seed"] == 3
+
+
+def test_simulated_buildings_need_no_recordings(tmp_path: Path) -> None:
+    options = ("--faults", "half_gone", "--simulated", "1", "--visits", "1", "--jobs", "1", "--alert-limit", "15")
+    shown = json.loads(_faults(*options, "--json", "--out", tmp_path).stdout)
+    assert shown["site"] is None
+    rows = shown["parts"]["1 simulated buildings"]["limits"]["15"]["surefix"]
+    assert {fault: row["walks"] for fault, row in rows.items()} == {"none": 1, "half_gone": 1}
+
+
+def test_without_recordings_and_simulated_buildings_there_is_nothing_to_fault(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match="or both"):
+        _faults("--out", tmp_path / "out")
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from app.evaluation.campaign import Protocol, read_walks, run, walked_in
-from app.evaluation.fault_campaign import CLEAN, Answered, fault_score, injected, run_faults
+from app.evaluation.fault_campaign import CLEAN, Answered, at_limit, fault_score, injected, run_faults
 from app.evaluation.faults import FAULTS
 from app.evaluation.faulty_walk import Elsewhere, FaultyWalk, elsewhere_of
 from app.evaluation.recordings import FloorFolder, RecordedWalk, floor_folders
@@ -67,6 +67,14 @@ def test_a_hazard_is_missed_when_no_alarm_came_before_it_within_the_detection_ti
     assert [score["missed"] for score in scores] == [0, 0, 1]
     assert [score["hazardous"] for score in scores] == pytest.approx([0.7, 0.3, 0.1])
     assert [score["hazardous_late"] for score in scores] == pytest.approx([0.0, 2 / 3, 1 / 3])
+    assert [score["hazardous_unalerted"] for score in scores] == pytest.approx([0.0, 0.0, 1 / 3])
+
+
+def test_a_smaller_alert_limit_leaves_fewer_answers_usable_and_the_rest_as_it_was() -> None:
+    answers = [answer(), answer(protection_level_m=15.0), answer(usable=False), answer(None)]
+    answered = at_limit(Answered([replace(a, alert_limit_m=20.0) for a in answers], {}), 10.0)
+    assert [a.usable for a in answered.answers] == [True, False, False, False]
+    assert [replace(a, usable=b.usable) for a, b in zip(answered.answers, answers, strict=True)] == answers
 
 
 def test_waypoints_are_compared_with_the_same_walks_without_the_fault() -> None:

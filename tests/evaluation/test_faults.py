@@ -98,7 +98,7 @@ def test_relayed_scans_come_from_afar_in_their_order_at_the_times_of_the_phones_
 
 def test_nothing_can_be_relayed_where_no_place_is_far_enough(walks: list[RecordedWalk]) -> None:
     near = elsewhere_of(walks[1:])  # at most 27 m away
-    for fault in ("replay", "rogue", "moved"):
+    for fault in ("replay", "rogue", "moved", "duplicated"):
         assert FAULTS[fault](walks[0], near, np.random.default_rng(1)) is None
     assert elsewhere_of([]).xy_m.shape == (0, 2)
 
@@ -121,6 +121,68 @@ def test_moved_access_points_are_heard_as_at_the_other_place_and_the_others_as_e
     here = {int(b) for s in faulty.walk.trace.scans for b in s.bssid[s.rssi_dbm >= -100.0]}
     assert len(there) == 1 and len(here) == 3  # 30 % of four
     assert not there & here
+
+
+def test_faulty_access_points_are_named_and_the_others_are_heard_as_ever(
+    walks: list[RecordedWalk], elsewhere: Elsewhere
+) -> None:
+    for fault in ("moved", "spoofed", "duplicated", "vanished"):
+        faulty = _inject(fault, walks[0], elsewhere)
+        named = np.array(sorted(faulty.access_points))
+        assert len(named)
+        for scan, own in zip(faulty.walk.trace.scans, walks[0].trace.scans, strict=True):
+            stays, was = ~np.isin(scan.bssid, named), ~np.isin(own.bssid, named)
+            levels = dict(zip(scan.bssid[stays].tolist(), scan.rssi_dbm[stays].tolist(), strict=True))
+            assert levels == dict(zip(own.bssid[was].tolist(), own.rssi_dbm[was].tolist(), strict=True))
+
+
+def test_swapped_access_points_sound_as_each_other_and_twice_swapped_is_as_before(walks: list[RecordedWalk]) -> None:
+    many = replace(
+        walks[0],
+        trace=replace(
+            walks[0].trace,
+            scans=tuple(
+                WifiScan(s.time_s, np.arange(20), np.arange(-80.0, -60.0), np.full(20, s.time_s))
+                for s in walks[0].trace.scans
+            ),
+        ),
+    )
+    faulty = _inject("swapped", many, elsewhere_of([]))
+    assert len(faulty.access_points) == 4
+    scan = faulty.walk.trace.scans[0]
+    sounds_as = dict(zip(scan.bssid.tolist(), scan.rssi_dbm.tolist(), strict=True))
+    for one in faulty.access_points:
+        other = int(sounds_as[one] + 80.0)
+        assert other != one and other in faulty.access_points and sounds_as[other] == one - 80.0
+
+
+def test_spoofed_access_points_are_loud_and_steady_in_every_scan(
+    walks: list[RecordedWalk], elsewhere: Elsewhere
+) -> None:
+    faulty = _inject("spoofed", walks[0], elsewhere)
+    for one in faulty.access_points:
+        levels = np.concatenate([s.rssi_dbm[s.bssid == one] for s in faulty.walk.trace.scans])
+        assert len(levels) == len(walks[0].trace.scans)
+        assert levels.std() < 3.0 and levels.min() > -67.0
+
+
+def test_of_an_address_on_the_air_twice_the_louder_one_is_reported(walks: list[RecordedWalk]) -> None:
+    survey = elsewhere_of(walks[1:])
+    for shift_db, heard_there in ((-100.0, False), (100.0, True)):
+        scans = tuple(replace(scan, rssi_dbm=scan.rssi_dbm + shift_db) for scan in survey.scans)
+        faulty = FAULTS["duplicated"](walks[0], Elsewhere(survey.xy_m + 2.0 * FAR_M, scans), np.random.default_rng(1))
+        assert faulty is not None
+        for scan, own in zip(faulty.walk.trace.scans, walks[0].trace.scans, strict=True):
+            here = np.isin(scan.bssid, np.intersect1d(own.bssid, sorted(faulty.access_points)))
+            if not heard_there:
+                assert np.isin(scan.rssi_dbm[here], own.rssi_dbm).all()
+        louder = max(float(scan.rssi_dbm.max()) for scan in faulty.walk.trace.scans)
+        assert (louder > 0.0) is heard_there
+
+
+def test_vanished_access_points_are_in_no_scan(walks: list[RecordedWalk], elsewhere: Elsewhere) -> None:
+    faulty = _inject("vanished", walks[0], elsewhere)
+    assert not faulty.access_points & {int(b) for s in faulty.walk.trace.scans for b in s.bssid}
 
 
 def test_another_phone_hears_fifteen_decibels_less_and_loses_the_faintest(

@@ -26,6 +26,18 @@ def test_scans_come_in_order_and_the_end_last() -> None:
     assert [event.scan is None for event in found] == [False, False, False, True]
 
 
+def test_beacons_are_events_of_their_own_for_whoever_asks_for_them() -> None:
+    batch = Batch(0, 20.0, wifi=(scan(12.0),), bluetooth=(BluetoothScan(11.0, (), NOTHING, NOTHING),))
+    assert [event.time_s for event in events(initial_pdr_state(), 10.0, batch)] == [12.0, 20.0]
+    found = list(events(initial_pdr_state(), 10.0, batch, bluetooth=True))
+    assert [event.time_s for event in found] == [11.0, 12.0, 20.0]
+    assert [(event.scan is None, event.beacons is None) for event in found] == [
+        (True, False),
+        (False, True),
+        (True, True),
+    ]
+
+
 def test_time_never_runs_back() -> None:
     found = list(events(initial_pdr_state(), 10.0, Batch(0, 9.0, wifi=(scan(8.5),))))
     assert [event.time_s for event in found] == [10.0, 10.0]

@@ -6,19 +6,21 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
+from app.floorplan.free_space import NO_PLAN
+from app.fusion.cloud_settings import CloudSettings
 from app.fusion.hypotheses import HypothesisSettings, Rivalry, exchanged, first_is_back, judged, rival_wins
-from app.fusion.walking_track import TrackSettings, begun
+from app.fusion.particle_cloud import begun
 
 SETTINGS = HypothesisSettings()
-TRACK = begun(np.zeros(2), np.eye(2), 1.0, 0.0, TrackSettings())
-FAR = begun(np.array([50.0, 0.0]), np.eye(2), 1.0, 0.0, TrackSettings())
+TRACK = begun(np.zeros(2), 1.0, 1.0, 0.0, NO_PLAN, CloudSettings())
+FAR = begun(np.array([50.0, 0.0]), 1.0, 1.0, 0.0, NO_PLAN, CloudSettings())
 
 
 def after(*scans: tuple[bool, bool], walked_m: float = 0.0) -> Rivalry:
     """The record after scans, each of which fits the first track, the rival, both or neither."""
-    rivalry = Rivalry(FAR, walked_m=walked_m)
+    rivalry = Rivalry(FAR, 0.0, walked_m=walked_m)
     for first, rival in scans:
-        rivalry = judged(rivalry, first, rival, SETTINGS)
+        rivalry = judged(rivalry, first, rival, 0.0, SETTINGS)
     return rivalry
 
 
@@ -51,15 +53,15 @@ def test_after_a_takeover_the_phone_stays_warned_until_a_longer_way_bears_it_out
     assert taken.fault and taken.rival is TRACK and taken.taken_over
     for _ in range(SETTINGS.settled_after):
         assert not first_is_back(taken, SETTINGS)
-        taken = judged(taken, True, False, SETTINGS)
+        taken = judged(taken, True, False, 0.0, SETTINGS)
     assert not first_is_back(taken, SETTINGS)
-    walked = Rivalry(TRACK, 0, True, taken.for_first, 0, SETTINGS.settled_m, True)
+    walked = Rivalry(TRACK, 0.0, 0, True, taken.for_first, 0, SETTINGS.settled_m, True)
     assert first_is_back(walked, SETTINGS)
 
 
 def test_a_takeover_by_mistake_is_undone_by_two_scans() -> None:
     taken = exchanged(after(*[(False, True)] * 5, walked_m=15.0), TRACK)
-    taken = judged(judged(taken, False, True, SETTINGS), False, True, SETTINGS)
+    taken = judged(judged(taken, False, True, 0.0, SETTINGS), False, True, 0.0, SETTINGS)
     assert rival_wins(taken, SETTINGS)
     assert not exchanged(taken, FAR).taken_over
 
@@ -67,8 +69,8 @@ def test_a_takeover_by_mistake_is_undone_by_two_scans() -> None:
 @given(scans=st.lists(st.tuples(st.booleans(), st.booleans()), max_size=30))
 def test_a_warning_is_never_taken_back_by_the_record_alone(scans: list[tuple[bool, bool]]) -> None:
     warned = False
-    rivalry = Rivalry(FAR)
+    rivalry = Rivalry(FAR, 0.0)
     for first, rival in scans:
-        rivalry = judged(rivalry, first, rival, SETTINGS)
+        rivalry = judged(rivalry, first, rival, 0.0, SETTINGS)
         assert rivalry.fault or not warned
         warned = rivalry.fault

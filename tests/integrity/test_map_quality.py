@@ -19,16 +19,19 @@ from app.integrity.map_quality import (
 
 def test_errors_are_gathered_by_place() -> None:
     xy_m = np.array([[1.0, 1.0], [3.9, 3.9], [4.1, 1.0], [-1.0, 1.0]])
-    cells = error_cells(xy_m, np.array([2.0, 4.0, 7.0, 1.0]), np.array([0, 1, 1, 1]), 4.0)
-    found = {
-        tuple(at): row
-        for at, *row in zip(cells.xy_m.tolist(), cells.mean_m, cells.worst_m, cells.scans, cells.walks, strict=True)
+    error_m, level_m = np.array([2.0, 4.0, 7.0, 1.0]), np.array([10.0, 12.0, 9.0, 8.0])
+    cells = error_cells(xy_m, error_m, level_m, np.array([0, 1, 1, 1]), 4.0)
+    columns = cells.mean_m, cells.worst_m, cells.level_m, cells.scans, cells.walks
+    found = {tuple(at): row for at, *row in zip(cells.xy_m.tolist(), *columns, strict=True)}
+    assert found == {
+        (2.0, 2.0): [3.0, 4.0, 11.0, 2, 2],
+        (6.0, 2.0): [7.0, 7.0, 9.0, 1, 1],
+        (-2.0, 2.0): [1.0, 1.0, 8.0, 1, 1],
     }
-    assert found == {(2.0, 2.0): [3.0, 4.0, 2, 2], (6.0, 2.0): [7.0, 7.0, 1, 1], (-2.0, 2.0): [1.0, 1.0, 1, 1]}
 
 
 def test_without_errors_there_are_no_cells() -> None:
-    assert len(error_cells(np.empty((0, 2)), np.empty(0), np.empty(0, np.int64), 4.0).xy_m) == 0
+    assert len(error_cells(np.empty((0, 2)), np.empty(0), np.empty(0), np.empty(0, np.int64), 4.0).xy_m) == 0
 
 
 def test_what_is_out_of_reach_of_every_scan_is_a_gap_and_the_largest_comes_first() -> None:

@@ -11,10 +11,14 @@ import pytest
 from PIL import Image
 
 from app.floorplan.georeference import Georeference
-from app.services.quality_report import Findings, ReportFloor, examined, made_report
+from app.fusion.single_fix import single_fix_levels_m
+from app.services.quality_report import RISK, Findings, ReportFloor, examined, made_report
 from app.survey.spool import row_of, write_row
+from app.wifi.beacons import beacon_key
 from app.wifi.bssid import format_bssid
 from app.wifi.fingerprint import Fingerprint
+from app.wifi.fix_calibration import calibrated_map
+from app.wifi.left_out import left_out_scans
 from app.wifi.radio_map import build_radio_map
 from app.wifi.radio_map_codec import encode_radio_map
 from tests.wifi.surveys import corridor
@@ -59,6 +63,35 @@ def test_errors_are_those_of_walks_left_out_and_the_cells_hold_all_of_them(findi
     for cell in floor(findings, "F1")["cells"]:
         assert 0.0 <= cell["error"] <= cell["worst"] and 1 <= cell["walks"] <= WALKS
         assert cell["y"] == 2.0 and -2.0 < cell["x"] < 44.0
+
+
+def test_levels_are_those_of_the_default_method_and_say_how_many_errors_they_hold(findings: Findings) -> None:
+    told = findings.described["level"]
+    assert (told["risk"], told["learnt_from"]) == (RISK, 0)  # the map was not calibrated
+    radio_map = build_radio_map(survey(), 7)
+    left_out = left_out_scans(survey())
+    right = left_out.floor_right
+    level_m = single_fix_levels_m(radio_map, left_out.match, RISK)[right]
+    assert told["median"] == pytest.approx(np.median(level_m))
+    assert told["inside"] == pytest.approx(np.mean(left_out.error_m[right] <= level_m))
+    cells = [cell for one in findings.described["floors"] for cell in one["cells"]]
+    assert np.average([cell["level"] for cell in cells], weights=[cell["scans"] for cell in cells]) == pytest.approx(
+        level_m.mean()
+    )
+
+
+def test_what_use_is_compared_with_is_that_of_the_map_and_found_for_one_that_is_older(findings: Findings) -> None:
+    calibrated = examined(survey(), calibrated_map(survey(), 7), FLOORS)
+    assert calibrated.described["likeness"] == findings.described["likeness"]
+    assert calibrated.described["level"]["learnt_from"] == 2 * WALKS
+    assert sum(row[3] for row in findings.described["likeness"]["likeness_cells"]) == len(survey())
+
+
+def test_scans_of_beacons_are_no_part_of_it(findings: Findings) -> None:
+    one = survey()[0]
+    beacon = dataclasses.replace(one, bssid=np.array([beacon_key("a beacon")]), rssi_dbm=np.array([-60.0]))
+    found = examined([*survey(), beacon], build_radio_map(survey(), 7), FLOORS)
+    assert found.described == findings.described
 
 
 def test_what_the_corridor_does_not_reach_is_a_gap(findings: Findings) -> None:
@@ -129,7 +162,13 @@ def test_the_worker_gives_json_and_a_picture_with_a_row_for_each_floor(tmp_path:
         for one in survey():
             write_row(stream, row_of(one))
     report, picture = made_report(tmp_path / "spool", encode_radio_map(build_radio_map(survey(), 7)), floors)
-    assert orjson.loads(report)["version"] == 7
+    told = orjson.loads(report)
+    assert told["version"] == 7
     drawn = Image.open(io.BytesIO(picture))
+    for canvas in told["canvases"].values():
+        left, top, right, bottom = canvas["pixels"]
+        west, south, east, north = canvas["frame"]
+        assert drawn.width / 2 < left < right < drawn.width and 0.0 < top < bottom < drawn.height
+        assert (right - left) / (east - west) == pytest.approx((bottom - top) / (north - south))
     assert drawn.format == "PNG" and drawn.width > 1500
     assert len(drawn.convert("RGB").getcolors(1 << 24) or []) > 500

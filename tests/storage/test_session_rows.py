@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import asyncio
+import dataclasses
 from typing import Any
 
 import pytest
@@ -10,7 +11,7 @@ from app.errors import DependencyDown
 from app.storage.database import connect
 from app.storage.migration import migrate
 from app.storage.phone_rows import PhoneRow, PhoneRows
-from app.storage.session_rows import FixRow, SessionRows
+from app.storage.session_rows import EvidenceRow, FixRow, SessionRows
 from app.storage.venue_rows import VenueRows
 from tests.postgresql_process import PostgresqlProcess
 from tests.storage.conftest import Run
@@ -47,6 +48,23 @@ def test_a_fix_is_stored_with_its_state_or_not_at_all(run: Run) -> None:
         assert await rows.read_state("a", 0) == b"state 0"
         assert await rows.read_state("a", 1) is None
         assert await rows.read_track("a", -1, 10) == [fix(0)]
+
+    run(use)
+
+
+def test_evidence_is_stored_with_its_fix_and_erased_with_the_session(run: Run) -> None:
+    async def use(engine: AsyncEngine) -> None:
+        rows = await opened(engine, "a")
+        made = [dataclasses.replace(fix(0), evidence=b"\0\xff"), fix(1), dataclasses.replace(fix(2), evidence=b"")]
+        for one in made:
+            assert await rows.add_fix("a", one.sequence - 1, one, b"", NOW_MS)
+        assert not await rows.add_fix("a", 0, dataclasses.replace(fix(1), evidence=b"late"), b"", NOW_MS)
+        told = [EvidenceRow(0, 0, b"\0\xff", None), EvidenceRow(1, 1000, None, fix(1).body)]
+        assert await rows.read_evidence("a") == [*told, EvidenceRow(2, 2000, b"", None)]
+        whole = await rows.read_evidence("a", bodies=True)
+        assert [(row.evidence, row.body) for row in whole] == [(one.evidence, one.body) for one in made]
+        await rows.erase("a")
+        assert await rows.read_evidence("a") == []
 
     run(use)
 

@@ -6,6 +6,7 @@ from sqlalchemy import func, select
 from sqlalchemy.ext.asyncio import AsyncEngine
 
 from app.storage.radio_map_rows import BuiltMap, RadioMapRows
+from app.storage.survey_rows import NewSurvey, SurveyRows
 from app.storage.tables import watch_evidence
 from app.storage.venue_rows import VenueRows
 from app.storage.watch_list_rows import WatchedRow, WatchListRows
@@ -134,5 +135,45 @@ def test_what_counts_no_longer_is_forgotten(run: Run) -> None:
         await rows.forget_evidence(NOW_MS + 10)
         async with engine.connect() as connection:
             assert await connection.scalar(select(func.count()).select_from(watch_evidence)) == 1
+
+    run(use)
+
+
+def test_a_new_version_watches_what_the_one_in_use_does_but_for_what_was_surveyed_after(run: Run) -> None:
+    async def use(engine: AsyncEngine) -> None:
+        rows, again = await mapped(engine), 0x001122334455
+        found = await VenueRows(engine).read("mall")
+        assert found is not None
+        venue_id = found[0].id
+        surveyed = []
+        for created_ms in (NOW_MS - DAY_MS, NOW_MS + DAY_MS):
+            survey = NewSurvey("json", {}, 0, 0, created_ms)
+            surveyed.append(await SurveyRows(engine).add(venue_id, survey, (), {}))
+        for bssid in (AP, OTHER, again):
+            await rows.add("mall", 2, bssid, "moved", NOW_MS)
+        await rows.add("mall", 2, 5, "taken off", NOW_MS)
+        await rows.remove("mall", 2, 5, NOW_MS)
+        heard = {AP: 0, again: 1, 5: 0}  # the other was not heard at all
+        built = BuiltMap(3, tuple(surveyed), True, {}, b"map", True, heard)
+        await RadioMapRows(engine).add(venue_id, built, NOW_MS + 2 * DAY_MS)
+        listed = await rows.listed("mall", 3)
+        assert listed is not None
+        assert {(one.bssid, one.reason, one.first_seen_ms) for one in listed} == {
+            (AP, "moved", NOW_MS),
+            (OTHER, "moved", NOW_MS),
+        }
+        assert await rows.watched("mall", 2) == {AP, OTHER, again}
+
+    run(use)
+
+
+def test_a_version_that_is_not_in_use_hands_nothing_on(run: Run) -> None:
+    async def use(engine: AsyncEngine) -> None:
+        rows = await mapped(engine)
+        await rows.add("mall", 1, AP, "moved", NOW_MS)
+        found = await VenueRows(engine).read("mall")
+        assert found is not None
+        await RadioMapRows(engine).add(found[0].id, BuiltMap(3, (), False, {}, b"map", True), NOW_MS)
+        assert await rows.listed("mall", 3) == []
 
     run(use)

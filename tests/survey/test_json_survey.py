@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from app.errors import InvalidInput, TooLarge
 from app.survey.json_survey import MOST_VALUES
+from app.wifi.beacons import beacon_key
 from tests.survey.surveys import json_survey, levels, reasons
 from tests.survey.traces import mac
 
@@ -62,6 +63,10 @@ def test_members_may_come_in_any_order() -> None:
         (place(reading(1), 7), "fingerprints[1].readings[1]", "a reading is an object"),
         (place(reading(1), {"bssid": "x", "rssi": -50}), "fingerprints[1].readings[1]", "not a MAC address"),
         (place(reading(1), reading(2, 99)), "fingerprints[1].readings[1]", "outside [-127, 20]"),
+        (place(bluetooth=7), "fingerprints[1]", "bluetooth must be a list"),
+        (place(bluetooth=[7]), "fingerprints[1].bluetooth[0]", "an object of id and rssi"),
+        (place(bluetooth=[{"id": "a:1:2", "rssi": 99}]), "fingerprints[1].bluetooth[0]", "outside [-127, 20]"),
+        (place(bluetooth=[{"id": "", "rssi": -60}]), "fingerprints[1].bluetooth[0]", "1 to 128 characters"),
     ],
 )
 def test_what_is_bad_is_rejected_by_its_path_and_the_rest_lands(bad: Any, item: str, reason: str) -> None:
@@ -73,6 +78,14 @@ def test_what_is_bad_is_rejected_by_its_path_and_the_rest_lands(bad: Any, item: 
     assert {1.5, 7.0} <= {one.x_m for one in found}
     assert list(reasons(notes)) == [item]
     assert reason in reasons(notes)[item]
+
+
+def test_beacons_of_a_place_are_readings_of_its_fingerprint() -> None:
+    heard = [{"id": "a:1:2", "rssi": -70}, {"id": "A:1:2", "rssi": -60, "tx_power": -59}]
+    (both, alone), notes = json_survey(body(place(bluetooth=heard), place(readings=[], bluetooth=heard)))
+    assert notes.rejections.count == 0
+    assert both.bssid.tolist() == [int(mac(1).replace(":", ""), 16), beacon_key("a:1:2")]
+    assert (alone.bssid.tolist(), alone.rssi_dbm.tolist()) == ([beacon_key("a:1:2")], [-60.0])
 
 
 def test_networks_that_opted_out_are_dropped_without_a_word() -> None:

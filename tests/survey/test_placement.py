@@ -7,8 +7,9 @@ import pytest
 
 from app.survey.placement import FRESH_S, fingerprints_of, walked_places
 from app.survey.trace import Trace, read_trace
+from app.wifi.beacons import beacon_key
 from tests.open_data import open_data
-from tests.survey.traces import START_MS, acceleration, trace, walk, waypoint, wifi
+from tests.survey.traces import START_MS, UUID, acceleration, beacon, trace, walk, waypoint, wifi
 
 CADENCE_HZ = 1.8
 
@@ -72,6 +73,24 @@ def test_a_reading_from_before_the_first_waypoint_has_no_place() -> None:
     assert [(one.bssid & 0xFF).tolist() for one in found] == [[2]]
 
 
+def test_beacons_make_fingerprints_of_their_own_where_the_surveyor_was_while_they_were_heard() -> None:
+    heard = [beacon(START_MS + at, minor, rssi) for at, minor, rssi in ((4000, 1, -60), (4500, 1, -70), (6000, 2, -80))]
+    lines = (waypoint(START_MS, 0, 0), waypoint(START_MS + 10_000, 20, 0), wifi(START_MS + 5000, 1, -50))
+    (by_wifi, by_beacons), rejected = fingerprints_of(read(*lines, *heard), "F1")
+    assert rejected == [] and len(by_wifi.bssid) == 1
+    assert by_beacons.x_m == pytest.approx(10.0)
+    assert (by_beacons.y_m, by_beacons.walk) == (0.0, "walk")
+    levels = dict(zip(by_beacons.bssid.tolist(), by_beacons.rssi_dbm.tolist(), strict=True))
+    assert levels == {beacon_key(f"{UUID}:7:1"): -65.0, beacon_key(f"{UUID}:7:2"): -80.0}
+
+
+def test_a_walk_that_heard_beacons_alone_is_no_walk_without_scans() -> None:
+    lines = (waypoint(START_MS, 0, 0), waypoint(START_MS + 10_000, 20, 0))
+    assert fingerprints_of(read(*lines), "F1")[1][0].reason.startswith("no scan")
+    found, rejected = fingerprints_of(read(*lines, beacon(START_MS + 5000, 1, -60)), "F1")
+    assert len(found) == 1 and rejected == []
+
+
 def test_scans_before_the_first_and_after_the_last_waypoint_have_no_place() -> None:
     scans = [wifi(START_MS + at, 1, -50) for at in (-1000, 1000, 3000)]
     found, _ = fingerprints_of(read(waypoint(START_MS, 0, 0), waypoint(START_MS + 2000, 9, 0), *scans), "F1")
@@ -84,7 +103,7 @@ def test_scans_before_the_first_and_after_the_last_waypoint_have_no_place() -> N
     [
         ((waypoint(START_MS, 0, 0), wifi(START_MS, 1, -50)), "fewer than two waypoints"),
         ((wifi(START_MS, 1, -50),), "fewer than two waypoints"),
-        ((waypoint(START_MS, 0, 0), waypoint(START_MS + 1, 0, 0)), "no WiFi scan"),
+        ((waypoint(START_MS, 0, 0), waypoint(START_MS + 1, 0, 0)), "no scan"),
     ],
 )
 def test_a_walk_that_gives_nothing_says_why(lines: tuple[str, ...], reason: str) -> None:

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,7 +11,7 @@ from app.errors import InvalidInput
 from app.observations import AxisSamples
 from app.survey.trace import LARGEST_VALUE, LONGEST_LINE, Trace, read_trace
 from app.wifi.bssid import format_bssid
-from tests.survey.traces import BRAND, START_MS, acceleration, mac, trace, walk, waypoint, wifi
+from tests.survey.traces import BRAND, START_MS, UUID, acceleration, beacon, mac, trace, walk, waypoint, wifi
 
 
 def heard(read: Trace) -> list[dict[str, tuple[float, float]]]:
@@ -52,6 +54,56 @@ def test_of_an_access_point_that_occurs_twice_the_last_seen_counts_and_of_ties_t
 ) -> None:
     lines = [wifi(START_MS, 1, rssi, START_MS - age) for rssi, age in (first, second)]
     assert heard(read_trace(trace(*lines), "a")) == [{mac(1): counts}]
+
+
+def test_beacons_heard_within_two_seconds_are_one_scan_delivered_with_the_last() -> None:
+    lines = [beacon(START_MS + at, minor, -60 - minor) for at, minor in ((0, 1), (1999, 2), (700, 1), (2001, 3))]
+    first, second = read_trace(trace(*lines), "a").bluetooth
+    assert (first.time_s, second.time_s) == ((START_MS + 1999) / 1000, (START_MS + 2001) / 1000)
+    assert first.beacon == (f"{UUID}:7:1".lower(), f"{UUID}:7:1".lower(), f"{UUID}:7:2".lower())
+    assert first.rssi_dbm.tolist() == [-61, -61, -62]
+    assert second.tx_power_dbm.tolist() == [-56]
+
+
+def test_beacons_that_nobody_numbered_are_told_apart_by_their_address() -> None:
+    lines = [beacon(START_MS, 0, -60, 0, address) for address in ("E0:78:A3:3D:B5:D6", "E0:78:A3:3D:B6:55")]
+    (scan,) = read_trace(trace(*lines), "a").bluetooth
+    assert scan.beacon == tuple(f"{UUID}:0:0:{end}".lower() for end in ("e0:78:a3:3d:b5:d6", "e0:78:a3:3d:b6:55"))
+
+
+@given(st.lists(st.tuples(st.integers(0, 20_000), st.integers(1, 9), st.integers(-100, -40)), max_size=40))
+def test_every_reading_of_a_beacon_is_in_one_scan_and_scans_do_not_overlap(heard: list[tuple[int, int, int]]) -> None:
+    lines = [beacon(START_MS + at, minor, rssi) for at, minor, rssi in heard]
+    scans = read_trace(trace(waypoint(START_MS, 0, 0), *lines), "a").bluetooth
+    told = [(one, rssi) for scan in scans for one, rssi in zip(scan.beacon, scan.rssi_dbm.tolist(), strict=True)]
+    assert sorted(told) == sorted((f"{UUID}:7:{minor}".lower(), rssi) for _, minor, rssi in heard)
+    assert all(scan.time_s < later.time_s for scan, later in pairwise(scans))
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ((6, "-300"), "rssi"),
+        ((6, "loud"), "float"),
+        ((5, "nan"), "transmit power"),
+        ((3, "x"), "uuid, major and minor"),
+        ((2, ""), "uuid, major and minor"),
+        ((0, "-157455949500"), "Unix milliseconds"),
+    ],
+)
+def test_a_record_that_is_no_reading_of_a_beacon_is_rejected_with_its_reason(
+    change: tuple[int, str], reason: str
+) -> None:
+    cells = beacon(START_MS, 1, -60).split("\t")
+    cells[change[0]] = change[1]
+    read = read_trace(trace(beacon(START_MS, 2, -60), "\t".join(cells)), "a")
+    assert [len(scan.beacon) for scan in read.bluetooth] == [1]
+    assert read.rejected_count == 1 and reason in read.rejected[0].reason
+
+
+def test_a_beacon_record_that_is_cut_short_is_rejected() -> None:
+    read = read_trace(trace(beacon(START_MS, 2, -60).rsplit("\t", 4)[0], waypoint(START_MS, 0, 0)), "a")
+    assert read.bluetooth == () and read.rejected[0].reason == "TYPE_BEACON: too few cells"
 
 
 def test_a_phone_that_does_not_say_when_or_runs_ahead_heard_it_with_the_scan() -> None:

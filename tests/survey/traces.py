@@ -6,6 +6,7 @@ import math
 
 START_MS = 1_574_559_495_000
 BRAND = "OPPO"
+UUID = "9195B3AD-A9D0-4500-85FF-9FB0F65A5201"
 
 
 def mac(number: int) -> str:
@@ -16,6 +17,11 @@ def mac(number: int) -> str:
 def wifi(t: int, number: int, rssi: float, seen: int | None = None, ssid: str = "shop") -> str:
     """One reading."""
     return f"{t}\tTYPE_WIFI\t{ssid}\t{mac(number)}\t{rssi}\t2412\t{t if seen is None else seen}"
+
+
+def beacon(t: int, minor: int, rssi: float, major: int = 7, address: str = "E0:78:A3:3D:B5:D6") -> str:
+    """One reading of a Bluetooth beacon."""
+    return f"{t}\tTYPE_BEACON\t{UUID}\t{major}\t{minor}\t-56\t{rssi}\t45.03\t{address}\t{t}"
 
 
 def waypoint(t: int, x: float, y: float) -> str:

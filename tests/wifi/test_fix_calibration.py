@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
 
 from app.wifi.fingerprint import Fingerprint
 from app.wifi.fix_calibration import (
@@ -14,6 +16,7 @@ from app.wifi.fix_calibration import (
     calibrate,
     calibrated_map,
     calibration_of,
+    conformal_reach,
     left_out_errors,
 )
 from app.wifi.radio_map import build_radio_map
@@ -71,3 +74,23 @@ def test_what_was_learnt_is_stored_with_the_map() -> None:
     stored = decode_radio_map(encode_radio_map(calibrated_map(survey, version=3)))
     assert stored.version == 3
     assert calibration_of(stored) == calibrate(survey) != DEFAULT
+
+
+def test_the_conformal_reach_counts_each_walk_once() -> None:
+    """A thousand scans of one walk say no more than the one scan of each of the 99 others."""
+    score = np.concatenate([np.full(1000, 90.5), np.arange(1.0, 100.0)])
+    walk = np.concatenate([np.zeros(1000, np.int64), np.arange(1, 100)])
+    assert conformal_reach(score, walk, 0.5) in (50.0, 51.0)
+
+
+@given(st.integers(20, 200), st.integers(0, 2**31))
+def test_a_new_walk_stays_below_the_conformal_reach_as_often_as_promised(walks: int, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    held = [
+        rng.exponential() <= conformal_reach(rng.exponential(size=walks), np.arange(walks), 0.9) for _ in range(200)
+    ]
+    assert np.mean(held) > 0.8
+
+
+def test_a_share_that_so_few_walks_cannot_support_gives_the_largest_score() -> None:
+    assert conformal_reach(np.arange(5.0), np.arange(5), 0.95) == 4.0

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from app.evaluation.recordings import floor_folders, is_test_walk, read_walk
 from app.observations import WifiScan
+from app.wifi.beacons import parted
 from app.wifi.locate import known_bssids, locate_scan
 from app.wifi.radio_map import build_radio_map
 from app.wifi.readings import at_least, fresh_readings, strongest
@@ -69,8 +70,9 @@ def test_the_true_place_of_recorded_scans_is_mostly_within_the_accuracy() -> Non
     read = [read_walk(folder.floor.floor, path) for folder in folders for path in folder.traces[::4]]
     walks = [walk for walk in read if walk is not None]
     survey = [walk for walk in walks if not is_test_walk(walk.trace.trace, 5, 1)]
-    radio_map = build_radio_map([one for walk in survey for one in walk.fingerprints])
-    walked = [one for walk in walks if is_test_walk(walk.trace.trace, 5, 1) for one in walk.fingerprints]
+    radio_map = build_radio_map(parted([one for walk in survey for one in walk.fingerprints])[0])
+    test = [walk for walk in walks if is_test_walk(walk.trace.trace, 5, 1)]
+    walked = parted([one for walk in test for one in walk.fingerprints])[0]
     inside = []
     for one in walked:
         located = locate_scan(radio_map, WifiScan(0.0, one.bssid, one.rssi_dbm, np.zeros(len(one.bssid))))

@@ -10,27 +10,45 @@ import zstandard
 from hypothesis import given
 from hypothesis import strategies as st
 
+from app.wifi.beacons import MARK
 from app.wifi.fingerprint import Fingerprint
+from app.wifi.fix_calibration import calibrated_map
 from app.wifi.radio_map import RadioMap, build_radio_map
 from app.wifi.radio_map_codec import MAGIC, DamagedRadioMapError, decode_radio_map, encode_radio_map
 from tests.wifi.surveys import corridor, fingerprints
 
 
 def assert_same(one: RadioMap, other: RadioMap) -> None:
-    for name in (field.name for field in fields(RadioMap) if field.name not in ("weibull", "sections")):
+    for name in (field.name for field in fields(RadioMap) if field.name not in ("weibull", "sections", "beacons")):
         left, right = getattr(one, name), getattr(other, name)
         assert np.array_equal(left, right)
         assert getattr(left, "dtype", None) == getattr(right, "dtype", None)
     for name in ("k", "lambda_db", "theta_dbm"):
         assert np.array_equal(getattr(one.weibull, name), getattr(other.weibull, name))
-    assert list(one.sections) == list(other.sections)
+    assert sorted(one.sections) == sorted(other.sections)
     assert all(np.array_equal(array, other.sections[name]) for name, array in one.sections.items())
+    assert (one.beacons is None) == (other.beacons is None)
+    if one.beacons is not None and other.beacons is not None:
+        assert_same(one.beacons, other.beacons)
 
 
 @given(survey=fingerprints(least=0), version=st.integers(0, 10**6))
 def test_a_map_comes_back_as_it_was(survey: list[Fingerprint], version: int) -> None:
     radio_map = build_radio_map(survey, version)
     assert_same(decode_radio_map(encode_radio_map(radio_map)), radio_map)
+
+
+@given(survey=fingerprints(least=0), heard=fingerprints(least=0))
+def test_the_map_of_beacons_comes_back_with_it(survey: list[Fingerprint], heard: list[Fingerprint]) -> None:
+    radio_map = calibrated_map(survey + [replace(one, bssid=one.bssid + MARK) for one in heard])
+    assert (radio_map.beacons is None) == (not heard)
+    assert_same(decode_radio_map(encode_radio_map(radio_map)), radio_map)
+
+
+def test_a_map_of_beacons_with_other_floors_is_refused() -> None:
+    radio_map = replace(build_radio_map(corridor()), beacons=build_radio_map(corridor(floors=("B1",))))
+    with pytest.raises(DamagedRadioMapError, match="different floors"):
+        decode_radio_map(encode_radio_map(radio_map))
 
 
 def test_further_sections_come_back() -> None:

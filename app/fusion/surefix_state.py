@@ -1,0 +1,56 @@
+"""What `surefix` knows of one session between two batches."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from app.fusion.access_point_watch import AccessPointWatch
+from app.fusion.beacon_listening import BeaconEar
+from app.fusion.fix_assembly import Phases
+from app.fusion.hearing import Hearing
+from app.fusion.hypotheses import Rivalry
+from app.fusion.interface import SessionStart
+from app.fusion.particle_cloud import Cloud
+from app.fusion.state_codec import storable
+from app.fusion.storeys import Storeys
+from app.pdr.tracker import PdrState
+from app.pdr.turn_doubt import TurnRecord
+from app.wifi.floor_decision import FloorBelief
+
+for _kind in (Phases, TurnRecord):
+    storable(_kind)
+
+
+@storable
+@dataclass(frozen=True, slots=True, eq=False)
+class SurefixState:
+    """Of one session. radio_s : newest usable WiFi scan; there is no position before the first scan of any kind.
+
+    track : the account of steps and scans that is answered from.  rivalry : another one, None while nothing
+    contradicts.  prior_only : the track began at the phone's `start`, and no scan has borne it out yet.
+    phases : what the newest scan's test found.  storeys : what the barometer says of the floor.
+    ear : what was heard of Bluetooth beacons.  watch : access points that are not relied on.
+    hearing : those that the phone has heard.
+    """
+
+    start: SessionStart
+    pdr: PdrState
+    floor: FloorBelief | None = None
+    phases: Phases = field(default_factory=Phases)
+    time_s: float | None = None
+    track: Cloud | None = None
+    rivalry: Rivalry | None = None
+    prior_only: bool = False
+    radio_s: float | None = None
+    turns: TurnRecord = field(default_factory=TurnRecord)
+    step_count: int = 0
+    storeys: Storeys = field(default_factory=Storeys)
+    ear: BeaconEar = field(default_factory=BeaconEar)
+    watch: AccessPointWatch = field(default_factory=AccessPointWatch)
+    hearing: Hearing = field(default_factory=Hearing)
+
+    @property
+    def heard_s(self) -> float | None:
+        """The newest usable scan of either radio; None before the first."""
+        heard = [at for at in (self.radio_s, self.ear.placed_s) if at is not None]
+        return max(heard) if heard else None
