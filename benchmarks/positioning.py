@@ -1,4 +1,4 @@
-"""The inner parts of a positioning: matching a scan, a step of the filter, smoothing. Against scikit-learn and filterpy.
+"""The inner parts of a positioning: matching, a filter step, smoothing. Against scikit-learn and filterpy.
 
 Both are made to give the same answer before they are timed: a faster wrong answer is none.
 """
