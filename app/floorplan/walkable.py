@@ -51,7 +51,9 @@ def walkable_cells(
     walkable = _inside(features[0], shape, cell_m)
     for room in features[1:]:
         covered = _inside(room, shape, cell_m)
-        inner = binary_erosion(covered, iterations=round(depth_m / cell_m)) if depth_m >= cell_m else covered
+        inner = covered
+        if depth_m >= cell_m and np.count_nonzero(covered[row[within], column[within]]) >= visits:
+            inner = binary_erosion(covered, iterations=round(depth_m / cell_m))
         if np.count_nonzero(inner[row[within], column[within]]) < visits:
             walkable &= ~covered
     return walkable

@@ -11,7 +11,7 @@ from app.fusion.interface import SessionStart, Site
 from app.fusion.surefix import SUREFIX
 from app.fusion.surefix_settings import SurefixSettings
 from app.observations import AxisSamples, Batch, Fix, Flag, Position, WifiScan
-from tests.fusion.walks import errors_m, run, site, walked
+from tests.fusion.walks import errors_m, lying, run, site, walked
 
 HOME = walked(5)
 ELSEWHERE = walked(7)
@@ -107,6 +107,37 @@ def test_a_smaller_risk_asks_for_a_wider_level() -> None:
 
 def test_the_walk_is_followed_within_a_few_metres() -> None:
     assert float(np.mean(errors_m(HOME, run(SUREFIX, list(HOME.batches))))) < 3.0
+
+
+def test_a_phone_that_lies_still_for_ten_minutes_takes_no_step_and_drifts_by_less_than_a_metre() -> None:
+    fixes = [fix for fix in run(SUREFIX, list(lying(600.0).batches)) if fix.position is not None]
+    places = np.array([(fix.position.x_m, fix.position.y_m) for fix in fixes if fix.position is not None])
+    assert len(fixes) > 590 and fixes[-1].step_count == 0
+    assert np.hypot(*(places - places[0]).T).max() < 1.0
+
+
+def test_a_scan_that_only_repeats_another_is_no_second_witness() -> None:
+    """The phone reports one foreign scan again and again, readings as old as they are."""
+    batches = list(HOME.batches)
+    attacked, begin = relayed()
+    middle = next(n for n in range(begin, len(batches)) if batches[n].wifi)
+    foreign = attacked[middle].wifi[0]
+
+    def heard(number: int, seen_s: float) -> Batch:
+        scans = (
+            replace(foreign, time_s=scan.time_s, seen_s=np.full(len(foreign.bssid), seen_s))
+            for scan in batches[number].wifi
+        )
+        return replace(batches[number], wifi=tuple(scans))
+
+    first_s = batches[middle].wifi[0].time_s
+    repeated = [*batches[:middle], *(heard(n, first_s - 0.2) for n in range(middle, middle + 6))]
+    renewed = [
+        *batches[:middle],
+        *(heard(n, (batches[n].end_s or 0.0) - 0.5) for n in range(middle, middle + 6)),
+    ]
+    assert Flag.OUTLIER in flags(run(SUREFIX, repeated)) and Flag.FAULT not in flags(run(SUREFIX, repeated))
+    assert Flag.FAULT in flags(run(SUREFIX, renewed))
 
 
 def _without(scan: WifiScan, bssids: set[int]) -> WifiScan:
