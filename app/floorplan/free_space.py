@@ -12,16 +12,23 @@ from scipy.ndimage import binary_dilation
 
 from app.estimation.arrays import BoolArray, FloatArray
 from app.floorplan.georeference import Georeference
-from app.floorplan.walkable import plan_polygons, walkable_cells
+from app.floorplan.walkable import drawing_work, plan_polygons, walkable_cells
 
 CELL_M = 0.5
 MOST_CELLS = 4_000_000
 """Of a floor; a larger one gets larger cells."""
+MOST_WORK = 150_000_000
+"""To draw a plan, as drawing_work counts it: one or two seconds. A mall's takes a hundredth; a plan that takes more has
+no walls, since every phone of the venue would wait for them.
+"""
 AROUND_M = 1.0
 """So near to where somebody has been one can be as well, whatever the plan says."""
 VISITS, DEPTH_M = 3, 1.0
 """A room is open to walkers if so many surveyed places lie so deep inside of it. Plans are drawn, and surveyors placed,
 to a metre: of places surveyed in the mall's corridors 1 in 50 lies in a shop by that."""
+MOST_ENTERED = 0.03
+"""Share of the surveyed places that may lie so deep in rooms before it is plain that people go into rooms here: those
+that nobody surveyed are then no walls either. The mall's surveyors kept to the corridors."""
 LEAST_AGREEMENT = 0.9
 """Share of the surveyed places that a plan must leave free. One that fewer fit is drawn at another place."""
 
@@ -54,7 +61,7 @@ def free_space(
 
     Returns
     -------
-    NO_PLAN where there is none, it draws nothing, or it contradicts the survey.
+    NO_PLAN where there is none, it draws nothing, takes too long to draw, or contradicts the survey.
     """
     if plan is None or georeference is None or not len(visited_xy_m):
         return NO_PLAN
@@ -62,13 +69,26 @@ def free_space(
     if not features:
         return NO_PLAN
     cell_m = max(CELL_M, math.sqrt(size_m[0] * size_m[1] / MOST_CELLS))
+    if drawing_work(features, size_m, cell_m) > MOST_WORK:
+        return NO_PLAN
     cells = walkable_cells(features, visited_xy_m, size_m, cell_m, VISITS, DEPTH_M)
+    outline = walkable_cells(features[:1], visited_xy_m, size_m, cell_m)
+    corridors = walkable_cells(features, np.empty((0, 2)), size_m, cell_m)
     column, row = np.floor(visited_xy_m / cell_m).astype(np.int64).T
     within = (row >= 0) & (row < cells.shape[0]) & (column >= 0) & (column < cells.shape[1])
-    if np.count_nonzero(cells[row[within], column[within]]) < LEAST_AGREEMENT * len(visited_xy_m):
+    row, column = row[within], column[within]
+    in_rooms = outline & ~_around(corridors, DEPTH_M, cell_m)
+    if np.count_nonzero(in_rooms[row, column]) > MOST_ENTERED * len(visited_xy_m):
+        cells = outline
+    if np.count_nonzero(cells[row, column]) < LEAST_AGREEMENT * len(visited_xy_m):
         return NO_PLAN
     visited = np.zeros_like(cells)
-    visited[row[within], column[within]] = True
-    reach = math.ceil(AROUND_M / cell_m)
-    disc = np.hypot(*np.mgrid[-reach : reach + 1, -reach : reach + 1]) * cell_m <= AROUND_M
-    return FreeSpace(np.ascontiguousarray(cells | binary_dilation(visited, disc)), cell_m)
+    visited[row, column] = True
+    return FreeSpace(np.ascontiguousarray(cells | _around(visited, AROUND_M, cell_m)), cell_m)
+
+
+def _around(cells: BoolArray, reach_m: float, cell_m: float) -> BoolArray:
+    """The cells, and those within reach of one."""
+    reach = math.ceil(reach_m / cell_m)
+    disc = np.hypot(*np.mgrid[-reach : reach + 1, -reach : reach + 1]) * cell_m <= reach_m
+    return np.asarray(binary_dilation(cells, disc), np.bool_)

@@ -14,6 +14,8 @@ from app.floorplan.georeference import Georeference
 
 Polygon = list[FloatArray]
 """Rings of (n, 2) metres in the floor's frame; what lies in an odd number of them is inside."""
+CROSSING_WORK, FEATURE_WORK = 20, 10_000
+"""What an edge's crossing of one row, and a feature of any size, take of the time that a cell takes."""
 
 
 def plan_polygons(plan: Mapping[str, Any], georeference: Georeference) -> list[list[Polygon]]:
@@ -48,15 +50,35 @@ def walkable_cells(
         return np.ones(shape, np.bool_)
     column, row = np.floor(visited_xy_m / cell_m).astype(np.int64).T
     within = (column >= 0) & (column < shape[1]) & (row >= 0) & (row < shape[0])
-    walkable = _inside(features[0], shape, cell_m)
+    visited = np.zeros(shape, np.int32)
+    np.add.at(visited, (row[within], column[within]), 1)
+    walkable = np.zeros(shape, np.bool_)
+    window, covered = _inside(features[0], shape, cell_m)
+    walkable[window] = covered
     for room in features[1:]:
-        covered = _inside(room, shape, cell_m)
-        inner = covered
-        if depth_m >= cell_m and np.count_nonzero(covered[row[within], column[within]]) >= visits:
+        window, covered = _inside(room, shape, cell_m)
+        inner, been = covered, visited[window]
+        if depth_m >= cell_m and been[covered].sum() >= visits:
             inner = binary_erosion(covered, iterations=round(depth_m / cell_m))
-        if np.count_nonzero(inner[row[within], column[within]]) < visits:
-            walkable &= ~covered
+        if been[inner].sum() < visits:
+            walkable[window] &= ~covered
     return walkable
+
+
+def drawing_work(features: list[list[Polygon]], size_m: tuple[float, float], cell_m: float) -> float:
+    """What walkable_cells has to do for a plan of at least one feature, counted in cells that it looks at."""
+    rings = [[ring for polygon in polygons for ring in polygon] for polygons in features]
+    corners = np.clip(np.concatenate([ring for of_one in rings for ring in of_one]), 0.0, size_m) / cell_m
+    ring_ends = np.cumsum([len(ring) for of_one in rings for ring in of_one])
+    feature_ends = np.cumsum([len(of_one) for of_one in rings])
+    rows = np.abs(np.diff(corners[:, 1]))
+    rows[ring_ends[:-1] - 1] = 0.0  # from one ring to the next there is no edge
+    low, high, cells = corners, corners, 0.0
+    for ends in (ring_ends, feature_ends):
+        starts = np.concatenate([[0], ends[:-1]])
+        low, high = np.minimum.reduceat(low, starts), np.maximum.reduceat(high, starts)
+        cells += float((high - low + 1.0).prod(axis=1).sum())
+    return cells + CROSSING_WORK * (float(rows.sum()) + len(corners)) + FEATURE_WORK * len(features)
 
 
 def _polygons(geometry: Mapping[str, Any] | None, georeference: Georeference) -> Iterator[Polygon]:
@@ -75,20 +97,46 @@ def _local(ring: list[list[float]], georeference: Georeference) -> FloatArray:
     return np.array([georeference.to_local(position[1], position[0]) for position in ring], np.float64).reshape(-1, 2)
 
 
-def _inside(polygons: list[Polygon], shape: tuple[int, int], cell_m: float) -> BoolArray:
-    """Cells whose centre lies in one of the polygons, by the even-odd rule, row by row."""
-    inside = np.zeros(shape, np.bool_)
+def _inside(polygons: list[Polygon], shape: tuple[int, int], cell_m: float) -> tuple[tuple[slice, slice], BoolArray]:
+    """The part of the grid around the polygons, and which of its cells have their centre in one of them."""
+    rows, columns = window = _window([ring for polygon in polygons for ring in polygon], shape, cell_m)
+    if len(polygons) == 1:
+        return window, _filled(polygons[0], rows, columns, cell_m)
+    inside = np.zeros((rows.stop - rows.start, columns.stop - columns.start), np.bool_)
     for polygon in polygons:
-        turns = np.zeros((shape[0], shape[1] + 1), np.int64)
-        for ring in polygon:
-            for (x0, y0), (x1, y1) in zip(ring[:-1].tolist(), ring[1:].tolist(), strict=True):
-                if y0 == y1:
-                    continue
-                south, north = min(y0, y1), max(y0, y1)
-                first, after = (math.ceil(y / cell_m - 0.5) for y in (south, north))  # centres in [south, north)
-                rows = np.arange(max(first, 0), min(after, shape[0]))
-                crossing_m = x0 + ((rows + 0.5) * cell_m - y0) * (x1 - x0) / (y1 - y0)
-                columns = np.clip(np.ceil(crossing_m / cell_m - 0.5), 0, shape[1]).astype(np.int64)
-                turns[rows, columns] += 1
-        inside |= np.cumsum(turns, axis=1)[:, :-1] % 2 == 1
-    return inside
+        south, west = _window(polygon, shape, cell_m)
+        part = inside[
+            south.start - rows.start : south.stop - rows.start, west.start - columns.start : west.stop - columns.start
+        ]
+        part |= _filled(polygon, south, west, cell_m)
+    return window, inside
+
+
+def _window(rings: list[FloatArray], shape: tuple[int, int], cell_m: float) -> tuple[slice, slice]:
+    """Rows and columns of the grid within which the rings' insides lie; empty beside the grid."""
+    corners = np.concatenate(rings) / cell_m
+    first = np.clip(np.floor(corners.min(axis=0)), 0, shape[::-1]).astype(np.int64).tolist()
+    after = np.clip(np.ceil(corners.max(axis=0)), 0, shape[::-1]).astype(np.int64).tolist()
+    return slice(first[1], after[1]), slice(first[0], after[0])
+
+
+def _filled(polygon: Polygon, rows: slice, columns: slice, cell_m: float) -> BoolArray:
+    """Cells of a window whose centre lies inside, by the even-odd rule, row by row."""
+    width = columns.stop - columns.start
+    turns = np.zeros((rows.stop - rows.start, width + 1), np.uint8)
+    for ring in polygon:
+        start, end = ring[:-1], ring[1:]
+        start, end = start[start[:, 1] != end[:, 1]], end[start[:, 1] != end[:, 1]]
+        south_m, north_m = np.minimum(start[:, 1], end[:, 1]), np.maximum(start[:, 1], end[:, 1])
+        first, after = (  # centres in [south, north)
+            np.clip(np.ceil(y_m / cell_m - 0.5), rows.start, rows.stop).astype(np.int64) for y_m in (south_m, north_m)
+        )
+        count = after - first
+        edge = np.repeat(np.arange(len(count)), count)
+        row = np.arange(len(edge)) - np.repeat(np.cumsum(count) - count, count) + first[edge]
+        east_m, rise_m = (end - start)[edge].T
+        crossing_m = start[edge, 0] + ((row + 0.5) * cell_m - start[edge, 1]) * east_m / rise_m
+        column = np.clip(np.ceil(crossing_m / cell_m - 0.5) - columns.start, 0, width).astype(np.int64)
+        np.add.at(turns, (row - rows.start, column), np.uint8(1))  # wraps round, and stays odd or even
+    filled: BoolArray = np.cumsum(turns, axis=1, dtype=np.uint8)[:, :-1] % 2 == 1
+    return filled

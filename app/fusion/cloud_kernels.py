@@ -124,6 +124,7 @@ def stepped(
     scale_drift: float,
     bias_kept: float,
     blocked: float,
+    through: float,
     cells: BoolArray,
     cell_m: float,
 ) -> tuple[Float32Array, Float32Array]:
@@ -133,7 +134,9 @@ def stepped(
     ----------
     length_m, turn_rad : before any scale.  heading_rad, heading_sigma_rad : what the compass says; sigma inf: nothing.
     bias_kept : share of the WiFi error that is still the same.
-    blocked : factor on the weight of a particle that a wall stops; it stays where it was, unless that is in a wall too.
+    blocked : factor on the weight of a particle that meets a wall, or walks where the plan says that nobody does.
+    through : share of those that meet a wall that go on, into a room of which plan and survey know no door. The others
+    stay where they were.
     """
     particles, weight = particles.copy(), weight.copy()
     total = 0.0
@@ -154,7 +157,7 @@ def stepped(
         to_free = is_free(cells, cell_m, x_m, y_m)
         if not (to_free and way_free):
             weight[i] *= blocked
-        if (to_free and way_free) or not is_free(cells, cell_m, from_x_m, from_y_m):
+        if (to_free and way_free) or not is_free(cells, cell_m, from_x_m, from_y_m) or uniform(seed + 2, i) < through:
             particles[i, X], particles[i, Y] = x_m, y_m
         if math.isfinite(heading_sigma_rad):
             weight[i] *= math.exp(-0.5 * (wrap(after_rad - heading_rad) / heading_sigma_rad) ** 2)

@@ -18,7 +18,7 @@ class CloudSettings:
     heading_noise_rad : of one heading observation; large, since neighbouring ones err alike.
     bias_reach_m : distance over which the error of WiFi fixes is forgotten.
     elsewhere : share that begins at the other places which the first scan is like.
-    blocked : factor on the weight of a particle that a wall stops.
+    blocked, through : factor on the weight of a particle that meets a wall, and share of those that go through it.
     rough_m : by what particles drawn twice are told apart.  renewed : share that each resampling after a fix draws
     anew at the fix, for a cloud that is wrong and sure of it.
     least_effective : share of particles that count below which the cloud is resampled.
@@ -37,6 +37,7 @@ class CloudSettings:
     bias_reach_m: float = 12.0
     elsewhere: float = 0.1
     blocked: float = 0.5
+    through: float = 0.1
     rough_m: float = 0.1
     renewed: float = 0.03
     least_effective: float = 0.5

@@ -80,7 +80,8 @@ def match_heard(
         return None
     if match.signal_distance < settings.suspect:
         return match
-    never = np.setdiff1d(radio_map.bssid, hearing.bssid, assume_unique=True)
+    # a scan may hold more than is remembered
+    never = np.setdiff1d(radio_map.bssid, np.union1d(hearing.bssid, fresh.bssid), assume_unique=True)
     deaf = soft_match(radio_map, fresh.bssid, fresh.rssi_dbm, floor=where, unheeded=np.union1d(never, unheeded))
     if deaf is None or deaf.signal_distance > settings.liker * match.signal_distance:
         return match

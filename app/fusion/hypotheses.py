@@ -30,8 +30,8 @@ class HypothesisSettings:
     back_after: int = 2
     moved_after: int = 5
     moved_m: float = 10.0
-    settled_after: int = 14
-    settled_m: float = 28.0
+    settled_after: int = 22
+    settled_m: float = 45.0
     prior_after: int = 2
 
     def beside_a_prior(self) -> HypothesisSettings:

@@ -122,6 +122,7 @@ def stepped(cloud: Cloud, step: Step, turns: bool, space: FreeSpace, settings: C
         settings.scale_drift,
         kept,
         settings.blocked,
+        settings.through,
         space.cells,
         space.cell_m,
     )

@@ -135,7 +135,8 @@ def smoothed(
         if done < SHAPED_AFTER:
             continue
         weight = np.maximum(1.0 / (1.0 + fixes.misfit(state) / settings.unlikely), LEAST_WEIGHT)
-        if share == 1.0 and float(np.abs(change[:, :HEADING]).max()) < SETTLED_M:
+        # the first weights have moved nothing yet, however little the round before them did
+        if done > SHAPED_AFTER and share == 1.0 and float(np.hypot(*change[:, :HEADING].T).max()) < SETTLED_M:
             break
     diagonal, below, right = normal_equations(state, links, fixes, weight, settings)
     factor = solved(banded(diagonal, below), right.ravel())[1]

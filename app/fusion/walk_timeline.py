@@ -24,6 +24,8 @@ BLIND_AFTER_S = 10.0
 STEP_OVERDUE = 1.8
 """Of a step's duration: so long after it, without the next, the walker has stopped."""
 LONGEST_BLIND_S = 1.0
+MOST_BLIND = 20_000
+"""Pieces of a session's blind time; of days of it they are longer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,9 +154,10 @@ def _blind(step_ends_s: Sequence[float], moments: Sequence[Moment]) -> list[Link
         else:
             stretches.append([from_s, after.time_s])
     counted = len(step_ends_s) or any(moment.motion is Motion.STILL for moment in moments)
+    piece_s = max(LONGEST_BLIND_S, sum(until_s - from_s for from_s, until_s in stretches) / MOST_BLIND)
     links = list[Link]()
     for from_s, until_s in stretches:
         if until_s - from_s > (BLIND_AFTER_S if counted else 0.0):
-            cuts = np.linspace(from_s, until_s, math.ceil((until_s - from_s) / LONGEST_BLIND_S) + 1).tolist()
+            cuts = np.linspace(from_s, until_s, math.ceil((until_s - from_s) / piece_s) + 1).tolist()
             links += [Link(start_s, end_s, blind_s=end_s - start_s) for start_s, end_s in itertools.pairwise(cuts)]
     return links

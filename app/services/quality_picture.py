@@ -17,7 +17,7 @@ from matplotlib.patches import Patch, Rectangle
 
 from app.estimation.arrays import FloatArray
 from app.floorplan.walkable import Polygon
-from app.services.quality_report import CELL_M, RASTER_M, REACH_M, Findings, FloorFindings
+from app.services.quality_report import CELL_M, REACH_M, Findings, FloorFindings
 from app.services.resurvey_overlay import RESURVEY
 
 DOTS_PER_INCH = 130
@@ -101,7 +101,7 @@ def _open_ends(axes: Axes, one: FloorFindings, findings: Findings) -> None:
     rows, columns = one.missing.shape
     axes.imshow(
         np.where(one.missing, 1.0, np.nan),
-        extent=(0.0, columns * RASTER_M, 0.0, rows * RASTER_M),
+        extent=(0.0, columns * one.raster_m, 0.0, rows * one.raster_m),
         origin="lower",
         cmap=ListedColormap([_GAP]),
         alpha=0.45,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -40,7 +41,8 @@ RISK = 0.01
 """Of the levels that are shown: what sessions ask for unless they say otherwise."""
 CELL_M = 4.0
 """Of the error map: a few scans each in an ordinary survey."""
-RASTER_M = 1.0
+RASTER_M, MOST_CELLS = 1.0, 4_000_000
+"""Side of the cells that are looked for gaps; on a floor that has more than so many they are larger."""
 REACH_M = 5.0
 """A survey scan covers what is within."""
 NEIGHBOUR_M, FAR_M = 3.0, 15.0
@@ -66,7 +68,7 @@ class FloorFindings:
     """What was found on one floor.
 
     features : the plan's polygons, none where it cannot be placed.  survey_xy_m : (n, 2).  cells : of the errors.
-    missing : cells of RASTER_M that count and are not covered.  alike : (k, 2) pairs of points of all_xy_m with an end
+    missing : cells of raster_m that count and are not covered.  alike : (k, 2) pairs of points of all_xy_m with an end
     on this floor.  described : the floor's part of the report.
     """
 
@@ -75,6 +77,7 @@ class FloorFindings:
     survey_xy_m: FloatArray
     cells: ErrorCells
     missing: BoolArray
+    raster_m: float
     alike: IntArray
     described: dict[str, Any]
 
@@ -128,8 +131,9 @@ def examined(fingerprints: Sequence[Fingerprint], radio_map: RadioMap, floors: S
         placed, errors = left_out.scan[right], (left_out.error_m[right], level_m[right])
         cells = error_cells(xy_m[placed], *errors, walk[placed], CELL_M)
         features = _features(place)
-        walkable = walkable_cells(features, xy_m[here], (place.width_m, place.height_m), RASTER_M)
-        share, missing, gaps = coverage_gaps(walkable, RASTER_M, xy_m[here], REACH_M)
+        raster_m = max(RASTER_M, math.sqrt(place.width_m * place.height_m / MOST_CELLS))
+        walkable = walkable_cells(features, xy_m[here], (place.width_m, place.height_m), raster_m)
+        share, missing, gaps = coverage_gaps(walkable, raster_m, xy_m[here], REACH_M)
         alike = pairs[0][(point_floor[pairs[0]] == number).any(axis=1)]
         listed = distinct_pairs(alike, point_xy_m, point_floor, FAR_M / 2.0, MOST_NAMED)
         described = {
@@ -145,7 +149,7 @@ def examined(fingerprints: Sequence[Fingerprint], radio_map: RadioMap, floors: S
             "coverage": {
                 "reach": REACH_M,
                 "basis": "plan" if features else "frame",
-                "area": float(walkable.sum()) * RASTER_M**2,
+                "area": float(walkable.sum()) * raster_m**2,
                 "covered": share,
                 "gaps": [described_gap(gap) for gap in gaps[:MOST_NAMED]],
             },
@@ -164,7 +168,7 @@ def examined(fingerprints: Sequence[Fingerprint], radio_map: RadioMap, floors: S
                 ],
             },
         }
-        found.append(FloorFindings(place, features, xy_m[here], cells, missing, listed, described))
+        found.append(FloorFindings(place, features, xy_m[here], cells, missing, raster_m, listed, described))
 
     right = left_out.floor_right
     placed, errors = left_out.scan[right], (left_out.error_m[right], level_m[right])

@@ -111,6 +111,7 @@ def stored_likeness(sections: Mapping[str, NDArray[Any]]) -> Likeness | None:
     cells, floors = sections.get(CELLS), sections.get(FLOORS)
     if cells is None or floors is None:
         return None
+    cells, floors = cells.reshape(-1, 6), floors.reshape(-1, 3)  # of a survey of beacons alone, lists without rows
     numbers = cells[:, :5].astype(np.int64)
     return Likeness(numbers[:, 0], numbers[:, 1:3], numbers[:, 3], numbers[:, 4], cells[:, 5], *floors.T)
 

@@ -39,9 +39,20 @@ def test_rooms_that_nobody_surveyed_are_walls_and_the_rest_of_the_outline_is_fre
 
 
 def test_a_room_that_surveyors_walked_deep_into_is_open() -> None:
-    inside = np.column_stack([np.linspace(10.0, 30.0, 5), np.full(5, 15.0)])
-    space = free_space(drawn(OUTLINE, NORTH_ROOM), PLACE, SIZE_M, np.concatenate([CORRIDOR, inside]))
-    assert at(space, 35.0, 18.0)
+    west, east, inside = (0.0, 10.0, 20.0, 20.0), (20.0, 10.0, 40.0, 20.0), np.array([[9.0, 15.0]] * 3)
+    many = np.tile(CORRIDOR, (3, 1))
+    space = free_space(drawn(OUTLINE, west, east), PLACE, SIZE_M, np.concatenate([many, inside]))
+    assert at(space, 15.0, 18.0)
+    assert not at(space, 30.0, 18.0)
+
+
+def test_where_surveyors_went_into_rooms_the_rooms_that_they_left_out_are_open_too() -> None:
+    rooms = (0.0, 10.0, 20.0, 20.0), (20.0, 10.0, 40.0, 20.0)
+    inside = np.column_stack([np.linspace(4.0, 16.0, 12), np.full(12, 15.0)])
+    entered = free_space(drawn(OUTLINE, *rooms), PLACE, SIZE_M, np.concatenate([CORRIDOR, inside]))
+    passed_by = free_space(drawn(OUTLINE, *rooms), PLACE, SIZE_M, CORRIDOR)
+    assert at(entered, 30.0, 15.0)
+    assert not at(passed_by, 30.0, 15.0)
 
 
 def test_places_just_inside_a_room_open_their_surroundings_and_not_the_room() -> None:
@@ -76,3 +87,24 @@ def test_a_large_floor_is_held_in_a_bounded_number_of_cells() -> None:
     space = free_space(drawn((0.0, 0.0, 5000.0, 4000.0)), PLACE, (5000.0, 4000.0), CORRIDOR)
     assert space.cells.size <= 4_010_000
     assert space.cell_m > 2.0
+
+
+@pytest.mark.parametrize(
+    "rooms", [[OUTLINE] * 20_000, [(0.0, 0.0, 10_000.0, 10_000.0)] * 40], ids=["many rooms", "rooms that cover it"]
+)
+def test_a_plan_that_would_take_long_to_draw_has_no_walls(rooms: list[tuple[float, float, float, float]]) -> None:
+    plan = drawn((0.0, 0.0, 10_000.0, 10_000.0), *rooms)
+    assert free_space(plan, PLACE, (10_000.0, 10_000.0), CORRIDOR) is NO_PLAN
+
+
+def test_a_plan_whose_one_ring_runs_to_and_fro_without_end_has_no_walls() -> None:
+    ring = [list(reversed(PLACE.to_wgs84(0.2 + 0.01 * (k % 7), 9_000.0 * (k % 2)))) for k in range(5000)]
+    geometry = {"type": "Polygon", "coordinates": [[*ring, ring[0]]]}
+    plan = {"type": "FeatureCollection", "features": [{"type": "Feature", "properties": {}, "geometry": geometry}]}
+    assert free_space(plan, PLACE, (0.5, 10_000.0), CORRIDOR) is NO_PLAN
+
+
+def test_thousands_of_ordinary_rooms_are_walls() -> None:
+    rooms = [(4.0 * i + 1.0, 4.0 * j + 10.0, 4.0 * i + 4.0, 4.0 * j + 13.0) for i in range(50) for j in range(40)]
+    space = free_space(drawn((0.0, 0.0, 202.0, 180.0), *rooms), PLACE, (202.0, 180.0), CORRIDOR)
+    assert at(space, 100.5, 100.5) and not at(space, 102.5, 99.5)

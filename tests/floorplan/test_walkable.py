@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from app.estimation.arrays import BoolArray, FloatArray
 from app.floorplan.georeference import Georeference
-from app.floorplan.walkable import plan_polygons, walkable_cells
+from app.floorplan.walkable import drawing_work, plan_polygons, walkable_cells
 
 PLACE = Georeference(30.0, 120.0, 0.3)
 NOWHERE = np.empty((0, 2))
@@ -103,3 +103,21 @@ def test_an_outline_that_is_nowhere_leaves_nothing() -> None:
 def test_the_area_does_not_depend_on_the_size_of_the_cells(cell_m: float) -> None:
     features = plan_polygons(plan(polygon(square(2, 2, 18, 8))), PLACE)
     assert walkable_cells(features, NOWHERE, (20.0, 10.0), cell_m).sum() * cell_m**2 == pytest.approx(96.0)
+
+
+def test_parts_of_a_room_that_lie_beside_the_frame_change_nothing() -> None:
+    parts = {"type": "MultiPolygon", "coordinates": [[square(-9, -9, -2, 4)], [square(15, 6, 30, 30)]]}
+    found = cells(polygon(square(-5, -5, 25, 15)), parts, polygon(square(40, 40, 50, 50)))
+    expected = np.ones((10, 20), bool)
+    expected[6:, 15:] = False
+    np.testing.assert_array_equal(found, expected)
+
+
+def test_the_work_of_a_plan_is_that_within_the_frame() -> None:
+    def work(*geometries: dict[str, Any]) -> float:
+        return drawing_work(plan_polygons(plan(*geometries), PLACE), (20.0, 10.0), 0.1)
+
+    outline = polygon(square(0, 0, 20, 10))
+    assert work(polygon(square(-900, -900, 900, 900))) == pytest.approx(work(outline), rel=1e-3)
+    assert work(outline, outline, outline) == pytest.approx(3.0 * work(outline), rel=1e-3)
+    assert work(outline, polygon(square(5, 5, 6, 6))) < 1.5 * work(outline)

@@ -58,6 +58,16 @@ def test_three_of_four_access_points_may_be_missing_and_the_place_is_found_as_su
     assert match.signal_distance < 0.02 < 0.2 < full.signal_distance
 
 
+def test_what_the_scan_itself_holds_is_heard_though_more_than_is_remembered() -> None:
+    scan = scan_at(30.0, BSSID[np.arange(40) % 4 > 1])
+    forgetful = HearingSettings(remembered=2)
+    match = match_heard(MAP, scan, after(Hearing(), scan, forgetful), NOTHING, 3, forgetful)
+    remembering = matched(scan, after(Hearing(), scan, SETTINGS))
+    assert match is not None and remembering is not None
+    assert match.xy_m.tolist() == remembering.xy_m.tolist()
+    assert match.signal_distance == remembering.signal_distance
+
+
 def test_a_scan_unlike_everything_stays_unlike_for_a_phone_that_has_heard_the_rest() -> None:
     odd = WifiScan(0.0, np.array([1, 20, 39]), np.full(3, -45.0), np.zeros(3))
     match = matched(odd, Hearing(BSSID))

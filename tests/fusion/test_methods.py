@@ -34,8 +34,8 @@ from tests.fusion.walks import (
 )
 
 WALK = walked(5)
-SETTLED_S = {"surefix": 50}
-"""Until a method that is back in the right place says so: the default first walks 28 m and 14 scans with it."""
+SETTLED_S = {"surefix": 65}
+"""Until a method that is back in the right place says so: the default first walks 45 m and 22 scans with it."""
 methods = pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)
 all_rows = pytest.mark.parametrize("method", [*METHODS.values(), *ALONE.values()], ids=[*METHODS, *ALONE])
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from app.estimation.arrays import FloatArray
@@ -151,6 +151,7 @@ def test_it_does_not_matter_in_which_order_evidence_came_nor_when_the_track_is_a
 
 
 @given(st.integers(0, 1000), st.floats(-500.0, 500.0), st.floats(-math.pi, math.pi))
+@example(285, 0.0, 2.5)
 @settings(max_examples=25)
 def test_moved_evidence_gives_the_moved_track(seed: int, by_m: float, turn_rad: float) -> None:
     walk = told(seed, steps=40, north=False)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.fusion.walk_timeline import BLIND_AFTER_S, Moment, Timeline, timeline
+from app.fusion.walk_timeline import BLIND_AFTER_S, MOST_BLIND, Moment, Timeline, timeline
 from app.observations import Motion, RadioFix, Step
 
 
@@ -91,3 +91,9 @@ def test_a_floor_begins_with_the_scan_that_says_so() -> None:
 
 def test_without_a_scan_there_is_no_line() -> None:
     assert timeline([step(1.0)], []) is None
+
+
+def test_days_without_steps_are_blind_in_a_bounded_number_of_pieces() -> None:
+    line = line_of([scan(0.0)], [Moment(3600.0 * k, Motion.UNKNOWN) for k in range(101)])
+    assert len(line.links) <= MOST_BLIND + 100
+    assert sum(link.blind_s for link in line.links) == pytest.approx(360_000.0)

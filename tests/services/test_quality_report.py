@@ -12,7 +12,7 @@ from PIL import Image
 
 from app.floorplan.georeference import Georeference
 from app.fusion.single_fix import single_fix_levels_m
-from app.services.quality_report import RISK, Findings, ReportFloor, examined, made_report
+from app.services.quality_report import MOST_CELLS, RISK, Findings, ReportFloor, examined, made_report
 from app.survey.spool import row_of, write_row
 from app.wifi.beacons import beacon_key
 from app.wifi.bssid import format_bssid
@@ -101,6 +101,13 @@ def test_what_the_corridor_does_not_reach_is_a_gap(findings: Findings) -> None:
     (gap,) = coverage["gaps"]
     assert (gap["x"], gap["y"]) == (59.5, 19.5)
     assert gap["distance"] == pytest.approx(np.hypot(19.5, 18.5), abs=0.8)
+
+
+def test_a_huge_floor_is_looked_over_in_a_bounded_number_of_cells() -> None:
+    huge = ReportFloor("F1", 10_000.0, 8_000.0, None, None, None)
+    (found,) = examined(survey(("F1",)), build_radio_map(survey(("F1",)), 1), [huge]).floors
+    assert found.missing.size <= 1.01 * MOST_CELLS
+    assert found.described["coverage"]["area"] == pytest.approx(80e6, rel=0.01)
 
 
 def test_the_calibration_sample_supports_what_so_many_walks_do(findings: Findings) -> None:

@@ -12,6 +12,8 @@ from app.wifi.left_out import LeftOutScans, left_out_scans
 from app.wifi.radio_map import build_radio_map
 from app.wifi.radio_map_codec import decode_radio_map, encode_radio_map
 from app.wifi.survey_likeness import (
+    CELLS,
+    FLOORS,
     LEAST_DISTANCE,
     REACH_M,
     USUAL_BETWEEN,
@@ -118,3 +120,9 @@ def test_what_was_learnt_is_stored_with_the_map_and_old_maps_have_none() -> None
 def test_squares_begin_at_the_origin_and_reach_to_both_sides_of_it() -> None:
     assert [square_of(x_m, 0.0) for x_m in (-0.1, 0.0, 9.9, 10.0)] == [(-1, 0), (0, 0), (0, 0), (1, 0)]
     assert LEAST_DISTANCE > 0.0
+
+
+def test_a_report_of_a_survey_without_wifi_is_read_back() -> None:
+    stored = stored_likeness({CELLS: np.array([]), FLOORS: np.array([])})
+    assert stored is not None
+    assert (len(stored.scans), len(stored.floor_mean)) == (0, 0)
