@@ -105,7 +105,7 @@ def test_walls_on_both_sides_tell_the_direction_that_a_phone_without_north_does_
 def test_walls_stop_particles_but_for_the_share_that_believes_in_a_door(through: float, most: float) -> None:
     space, cloud = corridor(), at(space=corridor())
     for _ in range(30):
-        cloud = stepped(cloud, step(0.5), True, space, CloudSettings(through=through))
+        cloud = stepped(cloud, step(math.pi / 2.0), True, space, CloudSettings(through=through))
     outside = [not kernels.is_free(space.cells, space.cell_m, x, y) for x, y in cloud.particles[:, :2].tolist()]
     assert np.average(outside, weights=cloud.weight) <= most
     assert any(outside) == (through > 0.0)
