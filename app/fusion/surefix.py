@@ -66,8 +66,8 @@ def advance(state: SurefixState, batch: Batch, site: Site, settings: SurefixSett
 def _watched(
     state: SurefixState, scan: WifiScan, moved: PdrOutput, site: Site, settings: SurefixSettings
 ) -> SurefixState:
-    """The state after a scan was held against the map where the track is. While another account rivals nothing is learnt,
-    and once it has taken over what was learnt is forgotten."""
+    """The state after a scan was held against the map where the track is. While another account rivals nothing is
+    learnt, and once it has taken over what was learnt is forgotten."""
     if state.track is None or state.floor is None or state.radio_s != scan.time_s or state.prior_only:
         return state
     if state.rivalry is not None:
