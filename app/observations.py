@@ -13,6 +13,9 @@ import numpy as np
 
 from app.estimation.arrays import FloatArray, IntArray
 
+ABSOLUTE_BELOW_RAD = 1.0
+"""Headings of a larger standard deviation are not from north."""
+
 
 def _empty_times() -> FloatArray:
     return np.empty(0)
@@ -108,6 +111,11 @@ class Step:
     heading_sigma_rad: float
     heading_change_rad: float
     magnetic_heading_rad: float
+
+    @property
+    def absolute(self) -> bool:
+        """Whether its heading is from north."""
+        return self.heading_sigma_rad < ABSOLUTE_BELOW_RAD
 
 
 @dataclass(frozen=True, slots=True, eq=False)

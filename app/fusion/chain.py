@@ -18,9 +18,6 @@ from app.fusion.trust_state import AT_START, Trust, after_fix, after_way
 from app.observations import Step
 from app.pdr.tracker import PdrOutput
 
-ABSOLUTE_BELOW_RAD = 1.0
-"""Headings of a larger standard deviation are not from north."""
-
 
 @storable
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,7 +50,7 @@ def begun(at_m: FloatArray, sigma_m: float, time_s: float) -> Chain:
 
 def stepped(chain: Chain, step: Step, event: Event, settings: TrustChainSettings) -> Chain:
     """The chain after a step, Eq. 7 and 17. One whose heading is unknown goes nowhere and is not to be relied on."""
-    turns, absolute = knows_turns(event), step.heading_sigma_rad < ABSOLUTE_BELOW_RAD
+    turns, absolute = knows_turns(event), step.absolute
     heading_rad, north = None, chain.north
     if absolute:
         heading_rad, north = step.heading_rad, HeadingSearch()

@@ -21,8 +21,6 @@ from app.observations import Step
 from app.pdr.tracker import PdrOutput
 
 X, Y, LENGTH, HEADING = range(4)
-ABSOLUTE_BELOW_RAD = 1.0
-"""Headings of a larger standard deviation are not from north."""
 _RESET: FloatArray = np.eye(4)
 
 
@@ -94,7 +92,7 @@ def stepped(
     ----------
     length_m : of the step by the model.  turns : whether the phone knows its turns.  noise : (4,) variances.
     """
-    absolute = step.heading_sigma_rad < ABSOLUTE_BELOW_RAD
+    absolute = step.absolute
     if absolute and not track.absolute:
         track = headed(track, 0.0, settings.askew_sigma_rad)
     elif not absolute and (track.absolute or not turns):

@@ -16,8 +16,6 @@ from app.integrity.fault_detection import Monitored, monitored_update
 from app.observations import Excluded, InnovationCheck, Step
 from app.wifi.match import Match
 
-ABSOLUTE_BELOW_RAD = 1.0
-"""Headings of a larger standard deviation are not from north."""
 BY_WIFI: IntArray = np.array([ukf.OF_WIFI_X, ukf.OF_WIFI_Y])
 _HEADING: IntArray = np.array([ukf.OF_HEADING])
 _STEP: IntArray = np.array([ukf.OF_LENGTH, ukf.OF_TURN, ukf.OF_HEADING])
@@ -56,7 +54,7 @@ def after_step(
     track: Track, step: Step, turns: bool, settings: IntegritySettings, checks: list[InnovationCheck]
 ) -> Track:
     """The track after a step, its heading observed where the phone knows north. turns : whether it knows its turns."""
-    absolute = step.heading_sigma_rad < ABSOLUTE_BELOW_RAD
+    absolute = step.absolute
     if not absolute and not turns:
         track = replace(track, headed=False)
     if not track.headed and absolute:

@@ -18,8 +18,6 @@ from app.fusion.state_codec import storable
 from app.observations import Step
 from app.pdr.tracker import PdrOutput
 
-ABSOLUTE_BELOW_RAD = 1.0
-"""Headings of a larger standard deviation are not from north."""
 NO_HEADING = math.inf
 _STIR, _FACE, _STEP, _RESAMPLE, RENEW = 0, 4, 8, 12, 16
 """Seeds of what a step or a fix may draw, beside its own: what is not drawn must not shift what is."""
@@ -99,7 +97,7 @@ def begun(
 def stepped(cloud: Cloud, step: Step, turns: bool, space: FreeSpace, settings: CloudSettings) -> Cloud:
     """The cloud after a step. turns : whether the phone knows its turns."""
     cloud = stirred(cloud, space)
-    absolute = step.heading_sigma_rad < ABSOLUTE_BELOW_RAD
+    absolute = step.absolute
     if not absolute and not turns:
         cloud = replace(cloud, headed=False)
     turn_rad = step.heading_change_rad

@@ -17,9 +17,6 @@ from app.fusion.wifi_direction import direction_of
 from app.observations import InnovationCheck, Step
 from app.pdr.attitude_ekf import EulerState
 
-ABSOLUTE_BELOW_RAD = 1.0
-"""Headings of a larger standard deviation are not from north."""
-
 
 def after_step(
     track: StepTrack,
@@ -30,7 +27,7 @@ def after_step(
     checks: list[InnovationCheck],
 ) -> StepTrack:
     """The track after a step. turns : whether the phone has a gyroscope; without one the compass has to do."""
-    absolute = step.heading_sigma_rad < ABSOLUTE_BELOW_RAD
+    absolute = step.absolute
     pointed_rad = attitude.heading_at(step.time_s) if turns else None
     pointed_rad = math.nan if pointed_rad is None else pointed_rad
     turn_rad = pointed_rad - track.pointed_rad if attitude.stretch == track.stretch else math.nan

@@ -17,8 +17,6 @@ from app.estimation.arrays import FloatArray, IntArray
 from app.observations import Motion, RadioFix, Step
 from app.pdr.turn_doubt import TurnRecord, noted, turns_doubted
 
-ABSOLUTE_BELOW_RAD = 1.0
-"""Headings of a larger standard deviation are not from north."""
 BLIND_AFTER_S = 10.0
 """Without a step for so long, and yet not still, a phone moves in a way that nobody counts."""
 STEP_OVERDUE = 1.8
@@ -112,7 +110,7 @@ def _stepped(steps: Sequence[Step]) -> list[Link]:
         doubted = doubted or turns_doubted(record)
     links, before_s = list[Link](), -math.inf
     for step in steps:
-        north = step.heading_sigma_rad < ABSOLUTE_BELOW_RAD
+        north = step.absolute
         # without gyroscope and north there is no turn at all, not even noise
         turns = not doubted and (north or step.heading_change_rad != 0.0)
         start_s = min(max(step.time_s - step.duration_s, before_s), step.time_s)

@@ -151,12 +151,3 @@ def conformal_reach(score: FloatArray, walk: IntArray, share: float) -> float:
     reached = np.cumsum((1.0 / count)[which.reshape(-1)][order]) / len(count)
     wanted = share * (1.0 + 1.0 / len(count))
     return float(score[order[min(int(np.searchsorted(reached, wanted)), len(order) - 1)]])
-
-
-def left_out_errors(
-    fingerprints: Sequence[Fingerprint], matching: SoftSettings = WIFI_MATCH
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Errors (n,) of survey scans placed on a map without their walk, the matching points' scatter (n,) in each
-    direction, and the signal distance (n,). Of a large survey every so manyth scan is placed."""
-    placed = left_out_scans(fingerprints, matching)
-    return placed.error_m, placed.scatter_m2, placed.signal_distance

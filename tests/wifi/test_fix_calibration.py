@@ -17,8 +17,8 @@ from app.wifi.fix_calibration import (
     calibrated_map,
     calibration_of,
     conformal_reach,
-    left_out_errors,
 )
+from app.wifi.left_out import left_out_scans
 from app.wifi.radio_map import build_radio_map
 from app.wifi.radio_map_codec import decode_radio_map, encode_radio_map
 from app.wifi.soft_match import soft_match
@@ -49,7 +49,8 @@ def test_a_noisier_building_is_given_larger_errors() -> None:
 
 def test_the_variance_is_nearer_to_the_errors_it_was_learnt_from_than_the_defaults_are() -> None:
     survey = walks(60, 4.0)
-    error_m, scatter_m2, distance = left_out_errors(survey)
+    placed = left_out_scans(survey)
+    error_m, scatter_m2, distance = placed.error_m, placed.scatter_m2, placed.signal_distance
 
     def excess(numbers: FixCalibration) -> float:
         variance_m2 = numbers.least_m2 + numbers.scatter * scatter_m2 + numbers.distance_m2 * distance**2
@@ -59,7 +60,7 @@ def test_the_variance_is_nearer_to_the_errors_it_was_learnt_from_than_the_defaul
 
 
 def test_a_walk_is_never_judged_by_a_map_it_is_part_of() -> None:
-    error_m, _, _ = left_out_errors([replace(one, walk="only") for one in walks(1, 2.0)])
+    error_m = left_out_scans([replace(one, walk="only") for one in walks(1, 2.0)]).error_m
     assert len(error_m) == 0
 
 
