@@ -7,6 +7,7 @@ import numpy as np
 from app.fusion.interface import Site
 from app.fusion.state_codec import storable
 from app.wifi.floor_decision import FloorBelief, advance_floor
+from app.wifi.floor_doubt import floor_settings
 from app.wifi.match import Match
 from app.wifi.radio_map import RadioMap
 
@@ -25,4 +26,4 @@ def chosen_floor(
         votes = (votes + 0.02) * np.where([floor == hint for floor in radio_map.floors], HINT_WEIGHT, 1.0)
         votes = votes / votes.sum()
     levels = {name: floor.level for name, floor in site.floors.items()}
-    return advance_floor(belief, radio_map.floors, votes, levels)
+    return advance_floor(belief, radio_map.floors, votes, levels, floor_settings(radio_map))

@@ -7,16 +7,21 @@ hears. Where that makes it very much liker, the phone is deaf to them, and they 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from app.estimation.arrays import IntArray
+from app.estimation.arrays import FloatArray, IntArray
 from app.fusion.state_codec import storable
 from app.observations import WifiScan
+from app.wifi.foreign import explained
+from app.wifi.left_out import WIFI_MATCH
 from app.wifi.match import Match
+from app.wifi.match_index import index_of
 from app.wifi.radio_map import RadioMap
-from app.wifi.readings import fresh_readings
+from app.wifi.readings import fresh_readings, only
+from app.wifi.signal_distance import Distance, distances
 from app.wifi.soft_match import soft_match
 
 
@@ -50,6 +55,32 @@ def after(hearing: Hearing, scan: WifiScan, settings: HearingSettings) -> Hearin
     return Hearing(np.concatenate([scan.bssid, hearing.bssid[~known]])[: settings.remembered])
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class HeardMatch:
+    """Where a scan was placed.
+
+    fresh : the readings that count.  unheeded : (u,) access points that the map was read without.
+    foreign : (f,) access points of the scan that are left out, because nobody heard them there.
+    """
+
+    match: Match
+    fresh: WifiScan
+    unheeded: IntArray
+    foreign: IntArray
+
+    def unlike(self, radio_map: RadioMap, xy_m: FloatArray, within_m: float) -> float:
+        """By how much the signal distance to the likest point around a place (2,) on that floor exceeds that to the
+        likest of all: how much less the scan sounds like there. Infinite where nothing around was surveyed."""
+        apart_m = np.hypot(*(radio_map.xy_m - xy_m).T)
+        around = np.flatnonzero((radio_map.floor == self.match.floor) & (apart_m <= within_m))
+        if len(around) == 0:
+            return math.inf
+        index = index_of(radio_map, WIFI_MATCH.representation, WIFI_MATCH.smooth_m)
+        bssid, rssi_dbm = self.fresh.bssid, self.fresh.rssi_dbm
+        distance = distances(index, bssid, rssi_dbm, Distance.COSINE, around, self.unheeded)
+        return float(distance.min()) - self.match.signal_distance
+
+
 def match_heard(
     radio_map: RadioMap,
     scan: WifiScan,
@@ -58,8 +89,8 @@ def match_heard(
     least_known: int,
     settings: HearingSettings,
     floor: str | None = None,
-) -> Match | None:
-    """Place of a scan's fresh readings.
+) -> HeardMatch | None:
+    """Place a scan by its fresh readings.
 
     Parameters
     ----------
@@ -70,19 +101,25 @@ def match_heard(
 
     Returns
     -------
-    None where the scan says too little.
+    None where the scan says too little, or mixes places.
     """
     fresh = fresh_readings(scan)
     unheeded = np.setdiff1d(unheeded, fresh.bssid)
     where = radio_map.floors.index(floor) if floor in radio_map.floors else None
-    match = soft_match(radio_map, fresh.bssid, fresh.rssi_dbm, floor=where, unheeded=unheeded)
+    match = soft_match(radio_map, fresh.bssid, fresh.rssi_dbm, WIFI_MATCH, where, unheeded=unheeded)
     if match is None or match.known < least_known:
         return None
+    told = explained(radio_map, fresh.bssid, fresh.rssi_dbm, match, WIFI_MATCH, where, unheeded)
+    if told is None:
+        return None
+    match, fresh, unheeded = told.match, only(fresh, told.kept), np.union1d(unheeded, told.foreign)
+    plain = HeardMatch(match, fresh, unheeded, told.foreign)
     if match.signal_distance < settings.suspect:
-        return match
+        return plain
     # a scan may hold more than is remembered
     never = np.setdiff1d(radio_map.bssid, np.union1d(hearing.bssid, fresh.bssid), assume_unique=True)
-    deaf = soft_match(radio_map, fresh.bssid, fresh.rssi_dbm, floor=where, unheeded=np.union1d(never, unheeded))
+    unheeded = np.union1d(never, unheeded)
+    deaf = soft_match(radio_map, fresh.bssid, fresh.rssi_dbm, WIFI_MATCH, where, unheeded=unheeded)
     if deaf is None or deaf.signal_distance > settings.liker * match.signal_distance:
-        return match
-    return deaf
+        return plain
+    return HeardMatch(deaf, fresh, unheeded, told.foreign)

@@ -19,6 +19,7 @@ from app.fusion.state_codec import storable
 from app.observations import PressureSamples
 from app.pdr.pressure import SMOOTH_S, HeightRecord, measured
 from app.wifi.floor_decision import FloorBelief, FloorSettings
+from app.wifi.floor_doubt import floor_settings
 from app.wifi.match import Match
 from app.wifi.radio_map import RadioMap
 
@@ -63,7 +64,7 @@ class StoreySettings:
     stale_s: float = 10.0
 
 
-SETTINGS, VOTES = StoreySettings(), FloorSettings()
+SETTINGS, USUAL = StoreySettings(), FloorSettings()
 
 
 @storable
@@ -138,15 +139,16 @@ def heard(
     clear = _clear(likely[:, base.probability.argmax()], level)
     known = storeys.agreed >= SETTINGS.held_after
     held = known and clear
-    votes = VOTES.doubt / len(level) + (1.0 - VOTES.doubt) * match.floor_probability
+    voting = floor_settings(radio_map)
+    votes = voting.doubt / len(level) + (1.0 - voting.doubt) * match.floor_probability
     same = level[:, np.newaxis] == level
     # between floors of one level heights say nothing, so votes count there as ever
     calmed = votes * (same @ votes) ** (SETTINGS.held_weight - 1.0)
     found = _decided(belief, likely @ base.probability * (calmed if held else votes))
     probability = base.probability * (likely.T @ (calmed if known else votes))
     probability /= probability.sum()
-    probability += VOTES.change * (same / same.sum(axis=0) @ probability - probability)
-    probability += (SETTINGS.held_change if known else VOTES.change) * (1.0 / len(level) - probability)
+    probability += voting.change * (same / same.sum(axis=0) @ probability - probability)
+    probability += (SETTINGS.held_change if known else voting.change) * (1.0 / len(level) - probability)
     agreed = storeys.agreed
     if not held and not storeys.changing:
         bears_out = level[match.floor_probability.argmax()] == level[found.decided]
@@ -219,4 +221,4 @@ def _decided(belief: FloorBelief, weight: FloatArray) -> FloorBelief:
     probability = weight / weight.sum()
     best = int(probability.argmax())
     held = belief.decided
-    return FloorBelief(belief.floors, probability, best if probability[best] >= VOTES.switch else held)
+    return FloorBelief(belief.floors, probability, best if probability[best] >= USUAL.switch else held)

@@ -20,7 +20,7 @@ from app.fusion.batch_events import Event, events, knows_turns
 from app.fusion.beacon_fixes import with_beacons
 from app.fusion.cloud_place import heading_of, place, scale_of, speed_mps
 from app.fusion.fix_assembly import Estimate, Phases, Walker, assembled_fix, no_fix
-from app.fusion.hearing import after, match_heard
+from app.fusion.hearing import HeardMatch, after, match_heard
 from app.fusion.hypotheses import Rivalry, exchanged, first_is_back, judged, rival_wins
 from app.fusion.interface import START_SIGMA_M, Method, SessionStart, Site
 from app.fusion.particle_cloud import Cloud, aged, begun, landed, stepped
@@ -28,7 +28,7 @@ from app.fusion.storeys import climbed, heard
 from app.fusion.surefix_measuring import CloudFix, TestedFix, beginning, phases_of, tested
 from app.fusion.surefix_settings import SurefixSettings
 from app.fusion.surefix_state import SurefixState
-from app.observations import Batch, Fix, InnovationCheck, Position, RadioFix, Step, WifiScan
+from app.observations import Batch, Excluded, Fix, InnovationCheck, Position, RadioFix, Step, WifiScan
 from app.pdr.tracker import PdrOutput, initial_pdr_state
 from app.pdr.turn_doubt import noted, turns_doubted
 from app.wifi.fix_calibration import calibration_of
@@ -130,22 +130,23 @@ def _scanned(
     hearing = after(state.hearing, scan, settings.hearing)
     unheeded, state = not_relied_on(state.watch, site), replace(state, hearing=hearing)
     known = partial(match_heard, site.radio_map, scan, hearing, unheeded, settings.least_known, settings.hearing)
-    match = known()
-    if match is None or (state.track is None and match.signal_distance >= settings.unlike):
+    found = known()
+    if found is None or (state.track is None and found.match.signal_distance >= settings.unlike):
         return state
     told = state.start.floor if state.start.start is None else state.start.start.floor
-    storeys, floor = heard(state.storeys, state.floor, told, site.radio_map, site, match, now_s)
-    if floor.decided != match.floor:
-        match = known(floor.floor)
-        if match is None:
+    storeys, floor = heard(state.storeys, state.floor, told, site.radio_map, site, found.match, now_s)
+    if floor.decided != found.match.floor:
+        found = known(floor.floor)
+        if found is None:
             return state
+    match = found.match
     changed = floor.floor != (told if state.floor is None else state.floor.floor)
-    usual_m2, strange_m2 = calibration_of(site.radio_map).parts_m2(match, settings.distance_weight)
-    lasting_m2 = settings.lasting * usual_m2 + settings.lasting_strange * strange_m2
-    own_m2 = usual_m2 + strange_m2 - lasting_m2
-    fix = CloudFix(
-        match.xy_m, own_m2, lasting_m2, scan.time_s, elsewhere_m=site.radio_map.xy_m[match.alike(settings.alike)]
-    )
+    calibration = calibration_of(site.radio_map)
+    variance_m2 = calibration.variance_m2(match, settings.distance_weight)
+    lasting_m2 = settings.lasting * variance_m2
+    elsewhere_m = site.radio_map.xy_m[match.alike(settings.alike)]
+    place_m = calibration.place_m(match)
+    fix = CloudFix(place_m, variance_m2 - lasting_m2, lasting_m2, scan.time_s, elsewhere_m=elsewhere_m)
     state = replace(state, floor=floor, storeys=storeys, radio_s=scan.time_s)
     if changed and storeys.changing and state.track is not None:
         state, changed = replace(state, track=landed(state.track, settings.stairs_sigma_m)), False
@@ -153,12 +154,23 @@ def _scanned(
     if state.track is None or changed:
         evidence.append(said)
         track = beginning(fix, now_s, _space(state, site), settings, state.track)
-        return replace(state, track=track, rivalry=None, phases=Phases())
+        return replace(state, track=track, rivalry=None, phases=Phases(excluded=_foreign(found)))
 
     first = tested(state.track, fix, moved, _space(state, site), settings)
     checks.append(first.check)
     evidence.append(replace(said, fits=first.fits))
-    return _judged(state, first, fix, scan, moved, _space(state, site), settings)
+    limits, explained = settings.hypotheses, False
+    if not first.fits:
+        here_m = place(state.track, moved).xy_m
+        explained = found.unlike(site.radio_map, here_m, limits.here_m) < limits.unlike_here
+    state = _judged(state, first, fix, scan, moved, _space(state, site), settings, explained)
+    return replace(state, phases=replace(state.phases, excluded=state.phases.excluded + _foreign(found)))
+
+
+def _foreign(found: HeardMatch) -> tuple[Excluded, ...]:
+    """What of a scan was left out, and why."""
+    reason = "foreign: nobody heard it where the rest of the scan was taken"
+    return tuple(Excluded(reason, bssid=bssid) for bssid in found.foreign.tolist())
 
 
 def _judged(
@@ -169,8 +181,9 @@ def _judged(
     moved: PdrOutput,
     space: FreeSpace,
     settings: SurefixSettings,
+    explained: bool,
 ) -> SurefixState:
-    """The state after a scan has been tested against both accounts."""
+    """The state after a scan has been tested against both accounts. explained : as of `judged`."""
     if state.track is None or state.time_s is None:
         raise RuntimeError("a scan is tested against a track")
     rivalry, limits = state.rivalry, settings.hypotheses
@@ -181,12 +194,13 @@ def _judged(
         if first.fits:
             return replace(state, track=track, prior_only=False, phases=phases_of(first, int(first.corrected), 0, 0))
         rival = beginning(fix, state.time_s, space, settings, state.track)
-        rivalry = Rivalry(rival, scan.time_s, fault=limits.fault_after <= 1)
+        contradictions = int(not explained)
+        rivalry = Rivalry(rival, scan.time_s, contradictions, fault=contradictions >= limits.fault_after)
         return replace(state, rivalry=rivalry, phases=phases_of(first, 1, 1, int(rivalry.fault)))
 
     other = tested(rivalry.rival, fix, moved, space, settings)
     if state.prior_only or is_news(scan, rivalry.witness_s):
-        rivalry = judged(rivalry, first.fits, other.fits, scan.time_s, limits)
+        rivalry = judged(rivalry, first.fits, other.fits, scan.time_s, limits, explained)
     rivalry = replace(rivalry, rival=other.fused)
     if not other.fits and not first.fits and not rivalry.taken_over:
         # unlike both: if anywhere, the walker is at a third place

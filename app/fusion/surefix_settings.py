@@ -15,6 +15,7 @@ from app.fusion.hearing import HearingSettings
 from app.fusion.hypotheses import HypothesisSettings
 from app.integrity.protection_level import tail_at
 from app.wifi.fix_calibration import DISTANCE_WEIGHT
+from app.wifi.floor_decision import CERTAIN
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,8 +25,7 @@ class SurefixSettings:
     cloud : how steps move the track, and walls stop it.
     access_points : how faulty ones are found and left out.
     hearing : when a phone is deaf to some.
-    lasting, lasting_strange : share of a fix's variance that stays the same for as long as the surroundings do, and of
-    the part of it that says how unlike the scan is what was surveyed.
+    lasting : share of a fix's variance that stays the same for as long as the surroundings do.
     distance_weight : as DISTANCE_WEIGHT of app/wifi/fix_calibration.py.
     least_known : access points known to the map with which a scan is usable.
     unlike : signal distance from which a scan is like nothing surveyed: no position begins at it.
@@ -47,8 +47,7 @@ class SurefixSettings:
     hypotheses: HypothesisSettings = field(default_factory=HypothesisSettings)
     access_points: AccessPointWatchSettings = field(default_factory=AccessPointWatchSettings)
     hearing: HearingSettings = field(default_factory=HearingSettings)
-    lasting: float = 0.4
-    lasting_strange: float = 0.6
+    lasting: float = 0.5
     distance_weight: float = DISTANCE_WEIGHT
     least_known: int = 3
     unlike: float = 0.75
@@ -58,11 +57,11 @@ class SurefixSettings:
     beacon_caution_alone: float = 4.0
     stairs_sigma_m: float = 2.0
     silent_after_s: float = 8.0
-    least_floor_certainty: float = 0.9
+    least_floor_certainty: float = CERTAIN
     spread: float = 1.2
     least_radius_68_m: float = 1.0
-    least_radius_99_m: float = 3.0
-    tails: tuple[tuple[float, float], ...] = ((0.001, 2.4), (0.002, 2.0), (0.01, 1.45), (0.05, 1.05))
+    least_radius_99_m: float = 6.25
+    tails: tuple[tuple[float, float], ...] = ((0.001, 2.3), (0.002, 1.8), (0.01, 1.12), (0.05, 0.82))
 
     def tail_at(self, risk: float) -> float:
         """Of the protection level at a risk."""

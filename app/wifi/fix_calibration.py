@@ -10,12 +10,13 @@ Differs from fixed constants: buildings differ in how many access points they ha
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, fields, replace
 
 import numpy as np
 from scipy.optimize import minimize
 
 from app.estimation.arrays import FloatArray, IntArray
+from app.wifi import floor_doubt
 from app.wifi.beacons import BEACON_MATCH, parted
 from app.wifi.fingerprint import Fingerprint
 from app.wifi.left_out import WIFI_MATCH, LeftOutScans, left_out_scans
@@ -41,45 +42,59 @@ PRIOR_WALKS = 10.0
 
 @dataclass(frozen=True, slots=True)
 class FixCalibration:
-    """Variance of a fix in each direction: least_m2 + scatter * that of the matching points + distance_m2 * d^2.
+    """Where a match puts the phone, and with what variance in each direction.
 
-    d : signal distance to the best point.  walks : how many survey walks the numbers were learnt from, 0: defaults.
+    least_m2, scatter, separation, distance_m2, edge : the variance is
+    least_m2 + scatter * that of the matching points + separation * that of the solutions without a group
+    + (distance_m2 + edge * |outward|^2) * strangeness.
+    beyond : a strange scan at the edge of the survey was taken past it: the place moves by beyond * strangeness *
+    outward.
+    walks : how many survey walks the numbers were learnt from, 0: defaults.
     reach : by what this survey's errors reach further than those that levels were set on: their conformal 95 % in
     standard deviations, walks counting alike, beside REACH_95; drawn towards 1 where walks are few.
     Defaults: maximum likelihood over the survey walks of folds 1-4 of both mall floors.
     """
 
-    least_m2: float = 7.3
-    scatter: float = 0.9
-    distance_m2: float = 600.0
+    least_m2: float = 8.1
+    scatter: float = 0.4
+    separation: float = 0.13
+    distance_m2: float = 500.0
+    edge: float = 28.0
+    beyond: float = 16.0
     walks: int = 0
     reach: float = 1.0
 
-    def variance_m2(self, match: Match, distance_weight: float = 1.0) -> float:
-        """Of this fix, in each direction. distance_weight : by what the part of the signal distance counts more."""
-        usual_m2, strange_m2 = self.parts_m2(match, distance_weight)
-        return usual_m2 + strange_m2
+    def place_m(self, match: Match) -> FloatArray:
+        """(2,) of the phone."""
+        return np.asarray(match.xy_m + self.beyond * match.strangeness * match.outward_m, np.float64)
 
-    def parts_m2(self, match: Match, distance_weight: float = 1.0) -> tuple[float, float]:
-        """The variance in two parts: of any fix, and of one of a place unlike those that were surveyed."""
-        scatter_m2 = float(np.trace(match.covariance_m2)) / 2.0
-        strange_m2 = self.distance_m2 * match.signal_distance**2
-        return self.least_m2 + self.scatter * scatter_m2, distance_weight * strange_m2
+    def variance_m2(self, match: Match, distance_weight: float = 1.0) -> float:
+        """Of that place, in each direction. distance_weight : by what strangeness counts more."""
+        least, scatter_m2, apart_m2, strange, at_edge_m2 = _witnesses(match)
+        usual_m2 = self.least_m2 * least + self.scatter * scatter_m2 + self.separation * apart_m2
+        return usual_m2 + distance_weight * (self.distance_m2 * strange + self.edge * at_edge_m2)
+
+
+def _witnesses(match: Match) -> tuple[float, float, float, float, float]:
+    """What the variance is a sum of, each times its number in the order of FixCalibration."""
+    scatter_m2 = float(np.trace(match.covariance_m2)) / 2.0
+    at_edge_m2 = match.strangeness * float(match.outward_m @ match.outward_m)
+    return 1.0, scatter_m2, match.separation_m2, match.strangeness, at_edge_m2
 
 
 DEFAULT = FixCalibration()
-BEACON_DEFAULT = FixCalibration(14.0, 0.7, 170.0)
+BEACON_DEFAULT = FixCalibration(14.0, 0.7, distance_m2=170.0)
 """Of fixes by Bluetooth beacons, likewise: weaker and fewer, so fixes err more."""
 
 
 def calibration_of(radio_map: RadioMap, default: FixCalibration = DEFAULT) -> FixCalibration:
-    """What was learnt when the map was published; the defaults for a map that carries nothing."""
+    """What was learnt when the map was published; the defaults for a map that carries nothing, or what an earlier
+    release learnt, which weighed other witnesses."""
     section = radio_map.sections.get(SECTION)
-    if section is None:
+    if section is None or len(section) != len(fields(FixCalibration)):
         return default
-    least_m2, scatter, distance_m2, walks, *rest = section.tolist()
-    reach = rest[0] if rest else 1.0  # maps of an earlier version have none
-    return FixCalibration(least_m2, scatter, distance_m2, int(walks), reach)
+    *numbers, walks, reach = section.tolist()
+    return replace(FixCalibration(*numbers), walks=int(walks), reach=reach)
 
 
 def calibrated_map(fingerprints: Sequence[Fingerprint], version: int = 0) -> RadioMap:
@@ -88,8 +103,9 @@ def calibrated_map(fingerprints: Sequence[Fingerprint], version: int = 0) -> Rad
     floors = sorted({one.floor for one in fingerprints})
     left_out = left_out_scans(of_access_points)
     radio_map = build_radio_map(of_access_points, version, floors=floors)
-    likeness = likeness_sections(likeness_of(of_access_points, left_out, floors))
-    radio_map = _told(replace(radio_map, sections=likeness), calibrate(of_access_points, left_out=left_out))
+    sections = likeness_sections(likeness_of(of_access_points, left_out, floors))
+    sections[floor_doubt.SECTION] = np.array([floor_doubt.learnt_doubt(of_access_points, left_out, floors)])
+    radio_map = _told(replace(radio_map, sections=sections), calibrate(of_access_points, left_out=left_out))
     if not of_beacons:
         return radio_map
     learnt = calibrate(of_beacons, BEACON_MATCH, BEACON_DEFAULT)
@@ -97,8 +113,7 @@ def calibrated_map(fingerprints: Sequence[Fingerprint], version: int = 0) -> Rad
 
 
 def _told(radio_map: RadioMap, learnt: FixCalibration) -> RadioMap:
-    numbers = np.array([learnt.least_m2, learnt.scatter, learnt.distance_m2, learnt.walks, learnt.reach])
-    return replace(radio_map, sections={**radio_map.sections, SECTION: numbers})
+    return replace(radio_map, sections={**radio_map.sections, SECTION: np.array(astuple(learnt), np.float64)})
 
 
 def calibrate(
@@ -115,22 +130,32 @@ def calibrate(
     if walks < LEAST_WALKS:
         return default
     left_out = left_out or left_out_scans(fingerprints, matching)
-    error_m, scatter_m2, distance = left_out.error_m, left_out.scatter_m2, left_out.signal_distance
-    if len(error_m) < LEAST_WALKS:
+    if len(left_out.match) < LEAST_WALKS:
         return default
-    start = np.log([default.least_m2, default.scatter, default.distance_m2])
+    witnesses = np.array([_witnesses(match) for match in left_out.match], np.float64)
+    outward_m = np.array([match.strangeness * match.outward_m for match in left_out.match], np.float64)
+    seen = np.append(witnesses.any(axis=0), outward_m.any())  # beacons have no groups and no edge
+    usual = np.array(astuple(default)[: len(seen)], np.float64)
+
+    def numbers(logarithms: FloatArray) -> FloatArray:
+        found = usual.copy()
+        found[seen] = np.exp(logarithms)
+        return found
+
+    def missed_m2(beyond: float) -> FloatArray:
+        return np.asarray(((left_out.missed_m - beyond * outward_m) ** 2).sum(axis=1), np.float64)
 
     def surprise(logarithms: FloatArray) -> float:
-        least_m2, scatter, distance_m2 = np.exp(logarithms)
-        variance_m2 = least_m2 + scatter * scatter_m2 + distance_m2 * distance**2
-        likely = np.mean(np.log(variance_m2) + error_m**2 / (2.0 * variance_m2))
+        *weights, beyond = numbers(logarithms)
+        variance_m2 = witnesses @ weights
+        likely = np.mean(np.log(variance_m2) + missed_m2(beyond) / (2.0 * variance_m2))
         return float(likely + PRIOR_WALKS / walks * np.mean((logarithms - start) ** 2))
 
-    found = minimize(surprise, start, method="Nelder-Mead", options={"maxiter": 600})
-    least_m2, scatter, distance_m2 = np.exp(found.x).tolist()
-    learnt = FixCalibration(least_m2, scatter, distance_m2, walks)
+    start = np.log(usual[seen])
+    found = minimize(surprise, start, method="L-BFGS-B", bounds=[(one - 5.0, one + 5.0) for one in start])
+    learnt = replace(FixCalibration(*numbers(found.x).tolist()), walks=walks)
     sigma_m = np.sqrt([learnt.variance_m2(match, DISTANCE_WEIGHT) for match in left_out.match])
-    conformal = conformal_reach(error_m / sigma_m, left_out.walk, 0.95)
+    conformal = conformal_reach(np.sqrt(missed_m2(learnt.beyond)) / sigma_m, left_out.walk, 0.95)
     return replace(learnt, reach=(conformal / REACH_95) ** (walks / (walks + REACH_PRIOR_WALKS)))
 
 

@@ -9,6 +9,9 @@ import numpy as np
 
 from app.estimation.arrays import FloatArray
 
+CERTAIN = 0.9
+"""Probability from which a floor may be relied upon."""
+
 
 @dataclass(frozen=True, slots=True)
 class FloorSettings:

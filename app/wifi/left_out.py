@@ -31,21 +31,26 @@ class LeftOutScans:
     """Of n scans that were placed, each on its own floor.
 
     scan : (n,) index of the fingerprint.  walk : (n,) number of its walk; a name on two floors is two walks.
-    error_m : (n,) horizontal.  floor_right : (n,) whether the scan by itself would have chosen its floor.
-    scatter_m2 : (n,) of the matching points, in each direction.  signal_distance : (n,) to the best of the map.
+    missed_m : (n, 2) from where the match puts the phone to where it was.
+    floor_right : (n,) whether the scan by itself would have chosen its floor.
+    signal_distance : (n,) to the best of the map.
     nearest_m : (n,) from where it was taken to the nearest reference point that was left.
     match : n of them.  tried : scans that were to be placed, with those that found no place.
     """
 
     scan: IntArray
     walk: IntArray
-    error_m: FloatArray
+    missed_m: FloatArray
     floor_right: BoolArray
-    scatter_m2: FloatArray
     signal_distance: FloatArray
     nearest_m: FloatArray
     match: tuple[Match, ...]
     tried: IntArray
+
+    @property
+    def error_m(self) -> FloatArray:
+        """(n,) horizontal."""
+        return np.asarray(np.hypot(*self.missed_m.T), np.float64)
 
 
 def left_out_scans(
@@ -86,9 +91,8 @@ def left_out_scans(
     return LeftOutScans(
         scan=np.array(scans, np.int64),
         walk=walk[np.array(scans, np.int64)],
-        error_m=np.hypot(*(found_m - true_m).T),
+        missed_m=true_m - found_m,
         floor_right=np.array([int(match.floor_probability.argmax()) == match.floor for match in matches], np.bool_),
-        scatter_m2=np.array([float(np.trace(match.covariance_m2)) / 2.0 for match in matches], np.float64),
         signal_distance=np.array([match.signal_distance for match in matches], np.float64),
         nearest_m=np.array(nearest_m, np.float64),
         match=tuple(matches),

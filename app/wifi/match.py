@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numba
 import numpy as np
@@ -10,6 +10,9 @@ import numpy as np
 from app.estimation.arrays import FloatArray, IntArray
 from app.wifi.match_index import MatchIndex
 from app.wifi.radio_map import Int32Array
+
+_FEW_KNOWN = 100.0
+"""Access points of a scan with which chance is half of its strangeness: 25 and 50 predict errors worse, 200 as well."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -21,6 +24,10 @@ class Match:
     0 of one neighbour, so whoever fuses it adds what a lone neighbour leaves open.
     points : (k,) neighbours, best first.  distance : (k,) of each, in the matcher's unit.  weight : (k,) sums to 1.
     known : access points of the scan that the map knows.
+    separation_m2 : mean square, in each direction, of how far the place moves when a group of access points is left
+    out, as the jackknife counts it; 0 of a matcher that does not try.
+    outward_m : (2,) to the place from the middle of what was surveyed around it: short within the survey, long at its
+    edge; 0 of a matcher that does not look.
     """
 
     floor: int
@@ -31,11 +38,18 @@ class Match:
     distance: FloatArray
     weight: FloatArray
     known: int
+    separation_m2: float = 0.0
+    outward_m: FloatArray = field(default_factory=lambda: np.zeros(2))
 
     @property
     def signal_distance(self) -> float:
         """To the best neighbour: large where the scan is unlike anything surveyed."""
         return float(self.distance[0])
+
+    @property
+    def strangeness(self) -> float:
+        """Square of the signal distance; less of a scan of few access points, which is unlike everything by chance."""
+        return self.signal_distance**2 * self.known / (self.known + _FEW_KNOWN)
 
     def alike(self, share: float) -> IntArray:
         """The neighbours of at least this share of the best one's weight."""

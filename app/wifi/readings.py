@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from app.estimation.arrays import BoolArray, IntArray
 from app.observations import WifiScan
 
 FRESH_S = 6.0
@@ -12,20 +13,21 @@ FRESH_S = 6.0
 
 def fresh_readings(scan: WifiScan, max_age_s: float = FRESH_S) -> WifiScan:
     """The scan without what its phone only repeats: readings `seen` more than max_age_s before it came."""
-    return _only(scan, np.flatnonzero(scan.seen_s >= scan.time_s - max_age_s))
+    return only(scan, np.flatnonzero(scan.seen_s >= scan.time_s - max_age_s))
 
 
 def strongest(scan: WifiScan, count: int) -> WifiScan:
     """The scan's strongest readings, strongest first; of equal ones the lower address."""
-    return _only(scan, np.lexsort((scan.bssid, -scan.rssi_dbm))[:count])
+    return only(scan, np.lexsort((scan.bssid, -scan.rssi_dbm))[:count])
 
 
 def at_least(scan: WifiScan, threshold_dbm: float) -> WifiScan:
     """The scan's readings of a strength: weak ones are lost at random while the phone moves."""
-    return _only(scan, np.flatnonzero(scan.rssi_dbm >= threshold_dbm))
+    return only(scan, np.flatnonzero(scan.rssi_dbm >= threshold_dbm))
 
 
-def _only(scan: WifiScan, kept: np.ndarray[tuple[int], np.dtype[np.intp]]) -> WifiScan:
+def only(scan: WifiScan, kept: IntArray | BoolArray) -> WifiScan:
+    """The scan with these of its readings."""
     return WifiScan(scan.time_s, scan.bssid[kept], scan.rssi_dbm[kept], scan.seen_s[kept])
 
 

@@ -8,19 +8,24 @@ scatter is then what the scan leaves open. docs/decisions/0005-soft-matching.md 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from app.estimation.arrays import FloatArray, IntArray
 from app.wifi.match import Match, floor_votes, known_access_points, matched, nearest
-from app.wifi.match_index import index_of
+from app.wifi.match_index import GROUPS, MatchIndex, index_of
 from app.wifi.radio_map import RadioMap
 from app.wifi.representation import Representation
+from app.wifi.separation import cosine_distances, grouped_products, separated
 from app.wifi.signal_distance import Distance, distances
 
 SQUARED = Representation(exponent=2.0)
 NOTHING: IntArray = np.empty(0, np.int64)
+_FLOOR_SHARPNESS = 8.0
+_SURROUNDINGS_M = 8.0
+"""Standard deviation of the weight that surveyed places have in the middle of those around: 5 and 10 m predict errors
+worse."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +37,8 @@ class SoftSettings:
     softness : signal distance by which a point's weight falls to 1/e.
     voters : points that vote for the floor.
     neighbours : points that count, the best first; the others' weight is next to nothing.
+    separated : place the scan without each group of access points (app/wifi/separation.py; by cosines only), take the
+    mean, and see whether that is at the edge of the survey.
     """
 
     representation: Representation = SQUARED
@@ -40,6 +47,7 @@ class SoftSettings:
     voters: int = 5
     neighbours: int = 200
     distance: Distance = Distance.COSINE
+    separated: bool = True
 
 
 def soft_match(
@@ -70,13 +78,23 @@ def soft_match(
     known = known_access_points(index, bssid)
     if known == 0:
         return None
-    distance = distances(index, bssid, rssi_dbm, settings.distance, points, unheeded)
+    products = grouped_products(index, bssid, rssi_dbm, unheeded) if settings.separated and points is None else None
+    if products is None:
+        distance = distances(index, bssid, rssi_dbm, settings.distance, points, unheeded)
+    else:
+        distance = cosine_distances(products)
     distance[distance >= 1.0] = np.inf  # shares nothing
     floors = index.floor if points is None else index.floor[points]
     around = nearest(distance, floors, -1, settings.voters)
     if len(around) == 0:
         return None
-    votes = floor_votes(index, around if points is None else points[around], 1.0 / np.maximum(distance[around], 1e-6))
+    if products is None or len(index.floors) == 1:
+        votes = floor_votes(
+            index, around if points is None else points[around], 1.0 / np.maximum(distance[around], 1e-6)
+        )
+    else:
+        by_level = distances(index, bssid, rssi_dbm, Distance.SORENSEN, unheeded=unheeded)
+        votes = _floor_likelihood(index, distance, by_level)
     wanted = int(votes.argmax()) if floor is None else floor
     chosen = np.flatnonzero((floors == wanted) & np.isfinite(distance))
     if len(chosen) == 0:
@@ -86,4 +104,33 @@ def soft_match(
     chosen = chosen[np.argsort(distance[chosen], kind="stable")]
     weight = np.exp((distance[chosen[0]] - distance[chosen]) / settings.softness)
     neighbours = chosen if points is None else points[chosen]
-    return matched(index, neighbours, distance[chosen], weight, votes, known)
+    match = matched(index, neighbours, distance[chosen], weight, votes, known)
+    if products is None:
+        return match
+    places_m = separated(products, index, match.floor, settings.softness, match.xy_m)
+    xy_m = places_m.mean(axis=0)
+    return replace(
+        match,
+        xy_m=xy_m,
+        separation_m2=float(((places_m - match.xy_m) ** 2).sum()) / 2.0 * (GROUPS - 1) / GROUPS,
+        outward_m=xy_m - _surveyed_around(index, match.floor, xy_m),
+    )
+
+
+def _floor_likelihood(index: MatchIndex, by_shape: FloatArray, by_level: FloatArray) -> FloatArray:
+    """(f,) how likely the scan is of each floor, from the cosine and the Sorensen distance to its best point: a ceiling
+    weakens all access points alike, which the cosine does not see."""
+    best = np.ones((2, len(index.floors)))
+    for distance, nearest_by_floor in zip((by_shape, by_level), best, strict=True):
+        np.minimum.at(nearest_by_floor, index.floor, np.clip(distance, 1e-6, 1.0))
+    likely = best.min(axis=1).prod() / best.prod(axis=0)
+    return np.asarray(likely**_FLOOR_SHARPNESS / (likely**_FLOOR_SHARPNESS).sum(), np.float64)
+
+
+def _surveyed_around(index: MatchIndex, floor: int, xy_m: FloatArray) -> FloatArray:
+    """(2,) the middle of what was surveyed around a place (2,)."""
+    places_m = index.xy_m[index.floor == floor]
+    east_m, north_m = (places_m - xy_m).T
+    apart_m2 = east_m * east_m + north_m * north_m
+    weight = np.exp(-0.5 * (apart_m2 - apart_m2.min()) / _SURROUNDINGS_M**2)
+    return np.asarray(weight @ places_m / weight.sum(), np.float64)

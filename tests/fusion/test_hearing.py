@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -39,7 +42,8 @@ def scan_at(x_m: float, deaf: np.ndarray = NOTHING) -> WifiScan:
 
 
 def matched(scan: WifiScan, hearing: Hearing, unheeded: np.ndarray = NOTHING) -> Match | None:
-    return match_heard(MAP, scan, hearing, unheeded, 3, SETTINGS)
+    found = match_heard(MAP, scan, hearing, unheeded, 3, SETTINGS)
+    return None if found is None else found.match
 
 
 def test_a_phone_that_hears_everything_is_matched_with_everything() -> None:
@@ -61,7 +65,8 @@ def test_three_of_four_access_points_may_be_missing_and_the_place_is_found_as_su
 def test_what_the_scan_itself_holds_is_heard_though_more_than_is_remembered() -> None:
     scan = scan_at(30.0, BSSID[np.arange(40) % 4 > 1])
     forgetful = HearingSettings(remembered=2)
-    match = match_heard(MAP, scan, after(Hearing(), scan, forgetful), NOTHING, 3, forgetful)
+    found = match_heard(MAP, scan, after(Hearing(), scan, forgetful), NOTHING, 3, forgetful)
+    match = None if found is None else found.match
     remembering = matched(scan, after(Hearing(), scan, SETTINGS))
     assert match is not None and remembering is not None
     assert match.xy_m.tolist() == remembering.xy_m.tolist()
@@ -79,6 +84,16 @@ def test_access_points_that_are_not_relied_on_count_on_neither_side() -> None:
     scan = scan_at(24.0, loudest)
     match = matched(scan, Hearing(BSSID), loudest)
     assert match is not None and abs(match.xy_m[0] - 24.0) < 2.0 and match.signal_distance < 0.05
+
+
+@pytest.mark.parametrize("deaf", [NOTHING, BSSID[np.arange(40) % 4 > 0]])
+def test_a_scan_is_unlike_places_as_much_as_they_are_far_off_whatever_the_phone_hears(deaf: np.ndarray) -> None:
+    scan = scan_at(30.0, deaf)
+    found = match_heard(MAP, scan, after(Hearing(), scan, SETTINGS), NOTHING, 3, SETTINGS)
+    assert found is not None
+    unlike = [found.unlike(MAP, np.array([x_m, 0.0]), 3.0) for x_m in (30.0, 40.0, 70.0)]
+    assert 0.0 <= unlike[0] < 0.02 < unlike[1] < unlike[2]
+    assert found.unlike(MAP, np.array([30.0, 500.0]), 3.0) == math.inf
 
 
 @given(st.lists(st.lists(st.integers(1, 5000), unique=True, max_size=80), max_size=20))

@@ -30,6 +30,16 @@ def test_the_first_contradiction_warns_nobody_and_the_second_does() -> None:
     assert after((False, False)).fault
 
 
+def test_scans_that_sound_like_the_first_track_too_warn_nobody_until_the_rival_takes_over() -> None:
+    rivalry = Rivalry(FAR, 0.0, contradictions=0, walked_m=SETTINGS.moved_m)
+    for _ in range(SETTINGS.moved_after):
+        assert not rivalry.fault
+        rivalry = judged(rivalry, False, True, 0.0, SETTINGS, explained=True)
+    assert not rivalry.fault and rivalry.contradictions == 0
+    assert judged(judged(rivalry, False, True, 0.0, SETTINGS), False, True, 0.0, SETTINGS).fault
+    assert rival_wins(rivalry, SETTINGS) and exchanged(rivalry, TRACK).fault
+
+
 def test_a_scan_that_fits_ends_an_outlier_at_once_and_a_fault_only_with_a_second() -> None:
     assert first_is_back(after((True, False)), SETTINGS)
     assert not first_is_back(after((False, True), (True, False)), SETTINGS)

@@ -50,11 +50,10 @@ def test_a_noisier_building_is_given_larger_errors() -> None:
 def test_the_variance_is_nearer_to_the_errors_it_was_learnt_from_than_the_defaults_are() -> None:
     survey = walks(60, 4.0)
     placed = left_out_scans(survey)
-    error_m, scatter_m2, distance = placed.error_m, placed.scatter_m2, placed.signal_distance
 
     def excess(numbers: FixCalibration) -> float:
-        variance_m2 = numbers.least_m2 + numbers.scatter * scatter_m2 + numbers.distance_m2 * distance**2
-        return float(np.mean(error_m**2 / (2.0 * variance_m2)))  # 1 where it is right
+        variance_m2 = np.array([numbers.variance_m2(match) for match in placed.match])
+        return float(np.mean(placed.error_m**2 / (2.0 * variance_m2)))  # 1 where it is right
 
     assert abs(np.log(excess(calibrate(survey)))) < 0.6 * abs(np.log(excess(DEFAULT)))
 

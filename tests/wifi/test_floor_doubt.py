@@ -1,0 +1,59 @@
+"""Votes for a floor are doubted as much as the survey's own walks, left out of the map, say."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from app.wifi.fingerprint import Fingerprint
+from app.wifi.fix_calibration import calibrated_map
+from app.wifi.floor_doubt import DOUBTS, SECTION, floor_settings, learnt_doubt
+from app.wifi.left_out import left_out_scans
+from app.wifi.radio_map import build_radio_map
+from app.wifi.radio_map_codec import decode_radio_map, encode_radio_map
+from tests.wifi.surveys import heard_at
+
+
+def survey(floors_alike: bool, walks: int = 8, seed: int = 5) -> list[Fingerprint]:
+    """Walks on two floors; where floors are alike the upper one hears what the lower one hears."""
+    rng = np.random.default_rng(seed)
+    found = []
+    for walk in range(walks):
+        for number, floor in enumerate(("F1", "F2")):
+            for x_m in np.arange(0.0, 40.0, 2.0):
+                scan = heard_at(float(x_m), 0 if floors_alike else number, rng, 3.0)
+                found.append(
+                    Fingerprint(floor, float(x_m), 1.0, float(x_m), f"{floor}-{walk}", scan.bssid, scan.rssi_dbm)
+                )
+    return found
+
+
+def doubt_of(found: list[Fingerprint]) -> float:
+    return learnt_doubt(found, left_out_scans(found), ["F1", "F2"])
+
+
+def test_where_floors_sound_apart_votes_count_as_usual() -> None:
+    assert doubt_of(survey(floors_alike=False)) == DOUBTS[0] == floor_settings(build_radio_map([])).doubt
+
+
+def test_where_floors_sound_alike_votes_are_doubted_as_much_as_can_be() -> None:
+    assert doubt_of(survey(floors_alike=True)) == DOUBTS[-1]
+
+
+def test_the_order_of_the_survey_does_not_matter() -> None:
+    found = survey(floors_alike=True, walks=4)
+    assert doubt_of(found) == doubt_of(found[::-1])
+
+
+def test_a_survey_of_one_floor_or_of_one_walk_leaves_the_usual_doubt() -> None:
+    one_floor = [one for one in survey(floors_alike=True, walks=3) if one.floor == "F1"]
+    assert learnt_doubt(one_floor, left_out_scans(one_floor), ["F1"]) == DOUBTS[0]
+    one_walk = [replace(one, walk="only") for one in one_floor]
+    assert learnt_doubt(one_walk, left_out_scans(one_walk), ["F1", "F2"]) == DOUBTS[0]
+
+
+def test_what_was_learnt_is_stored_with_the_map() -> None:
+    stored = decode_radio_map(encode_radio_map(calibrated_map(survey(floors_alike=True))))
+    assert stored.sections[SECTION].tolist() == [DOUBTS[-1]]
+    assert floor_settings(stored).doubt == DOUBTS[-1]
