@@ -61,12 +61,14 @@ class HeardMatch:
 
     fresh : the readings that count.  unheeded : (u,) access points that the map was read without.
     foreign : (f,) access points of the scan that are left out, because nobody heard them there.
+    otherwise_m : (2,) where many of these are at home, if they are many.
     """
 
     match: Match
     fresh: WifiScan
     unheeded: IntArray
     foreign: IntArray
+    otherwise_m: FloatArray | None = None
 
     def unlike(self, radio_map: RadioMap, xy_m: FloatArray, within_m: float) -> float:
         """By how much the signal distance to the likest point around a place (2,) on that floor exceeds that to the
@@ -113,7 +115,7 @@ def match_heard(
     if told is None:
         return None
     match, fresh, unheeded = told.match, only(fresh, told.kept), np.union1d(unheeded, told.foreign)
-    plain = HeardMatch(match, fresh, unheeded, told.foreign)
+    plain = HeardMatch(match, fresh, unheeded, told.foreign, told.otherwise_m)
     if match.signal_distance < settings.suspect:
         return plain
     # a scan may hold more than is remembered
@@ -122,4 +124,4 @@ def match_heard(
     deaf = soft_match(radio_map, fresh.bssid, fresh.rssi_dbm, WIFI_MATCH, where, unheeded=unheeded)
     if deaf is None or deaf.signal_distance > settings.liker * match.signal_distance:
         return plain
-    return HeardMatch(deaf, fresh, unheeded, told.foreign)
+    return HeardMatch(deaf, fresh, unheeded, told.foreign, told.otherwise_m)

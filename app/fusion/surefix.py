@@ -147,7 +147,7 @@ def _scanned(
     elsewhere_m = site.radio_map.xy_m[match.alike(settings.alike)]
     place_m = calibration.place_m(match)
     fix = CloudFix(place_m, variance_m2 - lasting_m2, lasting_m2, scan.time_s, elsewhere_m=elsewhere_m)
-    state = replace(state, floor=floor, storeys=storeys, radio_s=scan.time_s)
+    state = replace(state, floor=floor, storeys=storeys, radio_s=scan.time_s, otherwise_m=found.otherwise_m)
     if changed and storeys.changing and state.track is not None:
         state, changed = replace(state, track=landed(state.track, settings.stairs_sigma_m)), False
     said = fix.said(floor.floor, match.signal_distance)
@@ -231,12 +231,17 @@ def _fix(
         accuracy_m=settings.accuracy_m(here, reach),
         level_m=settings.level_m(here, risk, reach),
     )
-    told = state.phases.excluded + excluded(state.watch, settings.access_points)
-    phases = replace(state.phases, excluded=told)
+    known_faulty = excluded(state.watch, settings.access_points)
+    names = {one.bssid for one in known_faulty}
+    by_scan = tuple(one for one in state.phases.excluded if one.bssid is None or one.bssid not in names)
+    phases = replace(state.phases, excluded=by_scan + known_faulty)
     if state.rivalry is not None:
         there = place(state.rivalry.rival, moved)
         reach_m = float(np.hypot(*(there.xy_m - here.xy_m))) + settings.level_m(there, risk, reach)
         phases = replace(phases, covers_m=reach_m)
+    if state.otherwise_m is not None:
+        reach_m = float(np.hypot(*(state.otherwise_m - here.xy_m))) + settings.level_m(here, risk, reach)
+        phases = replace(phases, covers_m=max(phases.covers_m, reach_m))
     coasting = state.time_s - state.heard_s > settings.silent_after_s
     certain = state.floor.certainty >= settings.least_floor_certainty and not state.storeys.changing
     fix = assembled_fix(state.start, state.time_s, estimate, walker, phases, coasting, checks)

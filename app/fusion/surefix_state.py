@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from app.estimation.arrays import FloatArray
 from app.fusion.access_point_watch import AccessPointWatch
 from app.fusion.beacon_listening import BeaconEar
 from app.fusion.fix_assembly import Phases
@@ -48,6 +49,7 @@ class SurefixState:
     ear: BeaconEar = field(default_factory=BeaconEar)
     watch: AccessPointWatch = field(default_factory=AccessPointWatch)
     hearing: Hearing = field(default_factory=Hearing)
+    otherwise_m: FloatArray | None = None
 
     @property
     def heard_s(self) -> float | None:

@@ -28,7 +28,7 @@ class ForeignSettings:
     share, least : foreign access points, as a share of those that the map knows and in number, above which a place is
     doubted. Of clean mall scans 1 in 50 is, and of those placed 25 m off by faulty access points 19 in 20.
     softness : of the match of sets, by which the weight of a point falls to 1/e.
-    most : share of the scan's known access points that must be left.
+    most : share of the scan's known access points that must be left.  many : from which the others may be right.
     """
 
     around_m: float = 8.0
@@ -36,6 +36,7 @@ class ForeignSettings:
     least: int = 4
     softness: float = 0.02
     most: float = 0.6
+    many: float = 0.2
 
 
 FOREIGN = ForeignSettings()
@@ -46,11 +47,13 @@ class Explained:
     """A scan without what is foreign to its place.
 
     match : by what is left.  kept : (n,) readings of the scan that count.  foreign : (f,) addresses left out.
+    otherwise_m : (2,) where those were heard together, if they are many: then the scan may be of there.
     """
 
     match: Match
     kept: BoolArray
     foreign: IntArray
+    otherwise_m: FloatArray | None = None
 
 
 def explained(
@@ -88,7 +91,16 @@ def explained(
     if part is None or part.known < settings.most * match.known:
         return None
     alien = foreign(index, bssid[kept], part.floor, part.xy_m, settings.around_m)
-    return None if _doubted(alien, part.known, settings) else Explained(part, kept, left_out)
+    if _doubted(alien, part.known, settings):
+        return None
+    rest = None
+    if len(left_out) > settings.many * match.known:
+        rest = soft_match(radio_map, left_out, rssi_dbm[~kept], matching, part.floor, unheeded=bssid[kept])
+    if rest is not None and _doubted(
+        foreign(index, left_out, rest.floor, rest.xy_m, settings.around_m), rest.known, settings
+    ):
+        rest = None
+    return Explained(part, kept, left_out, None if rest is None else rest.xy_m)
 
 
 def foreign(index: MatchIndex, bssid: IntArray, floor: int, xy_m: FloatArray, around_m: float) -> BoolArray:
