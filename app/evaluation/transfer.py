@@ -23,7 +23,7 @@ from app.fusion.interface import Method, Site
 from app.fusion.surefix import surefix
 from app.fusion.surefix_settings import SurefixSettings
 
-LASTING = (0.4, 0.6, 0.8)
+LASTING = (0.3, 0.5, 0.7)
 DISTANCE_WEIGHT = (1.0, 1.6, 2.4)
 """What is tried of either."""
 SHIPPED = "shipped"

@@ -58,7 +58,7 @@ class FixCalibration:
     least_m2: float = 8.1
     scatter: float = 0.4
     separation: float = 0.13
-    distance_m2: float = 500.0
+    distance_m2: float = 5000.0
     edge: float = 28.0
     beyond: float = 16.0
     walks: int = 0
@@ -66,7 +66,8 @@ class FixCalibration:
 
     def place_m(self, match: Match) -> FloatArray:
         """(2,) of the phone."""
-        return np.asarray(match.xy_m + self.beyond * match.strangeness * match.outward_m, np.float64)
+        share = min(self.beyond * match.strangeness, 1.0)
+        return np.asarray(match.xy_m + share * match.outward_m, np.float64)
 
     def variance_m2(self, match: Match, distance_weight: float = 1.0) -> float:
         """Of that place, in each direction. distance_weight : by what strangeness counts more."""
@@ -133,7 +134,8 @@ def calibrate(
     if len(left_out.match) < LEAST_WALKS:
         return default
     witnesses = np.array([_witnesses(match) for match in left_out.match], np.float64)
-    outward_m = np.array([match.strangeness * match.outward_m for match in left_out.match], np.float64)
+    outward_m = np.array([match.outward_m for match in left_out.match], np.float64)
+    strangeness = np.array([[match.strangeness] for match in left_out.match], np.float64)
     seen = np.append(witnesses.any(axis=0), outward_m.any())  # beacons have no groups and no edge
     usual = np.array(astuple(default)[: len(seen)], np.float64)
 
@@ -143,7 +145,8 @@ def calibrate(
         return found
 
     def missed_m2(beyond: float) -> FloatArray:
-        return np.asarray(((left_out.missed_m - beyond * outward_m) ** 2).sum(axis=1), np.float64)
+        share = np.minimum(beyond * strangeness, 1.0)
+        return np.asarray(((left_out.missed_m - share * outward_m) ** 2).sum(axis=1), np.float64)
 
     def surprise(logarithms: FloatArray) -> float:
         *weights, beyond = numbers(logarithms)
