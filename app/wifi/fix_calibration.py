@@ -52,8 +52,8 @@ class FixCalibration:
     walks : how many survey walks the numbers were learnt from, 0: defaults.
     reach : by what this survey's errors reach further than those that levels were set on: their conformal 95 % in
     standard deviations, walks counting alike, beside REACH_95; drawn towards 1 where walks are few.
-    Defaults: maximum likelihood over the survey walks of folds 1-4 of both mall floors, but for distance_m2. All walks of
-    the mall say 700, 20 to 80 of them 2,600 to 4,500, since more places are left that nobody surveyed.
+    Defaults: maximum likelihood over the survey walks of folds 1-4 of both mall floors, but for distance_m2: all walks
+    of the mall say 700, 20 to 80 of them 2,600 to 4,500, since more places are left that nobody surveyed.
     """
 
     least_m2: float = 8.1
@@ -85,7 +85,7 @@ def _witnesses(match: Match) -> tuple[float, float, float, float, float]:
 
 
 DEFAULT = FixCalibration()
-BEACON_DEFAULT = FixCalibration(14.0, 0.7, distance_m2=170.0)
+BEACON_DEFAULT = FixCalibration(14.0, 0.7, distance_m2=2000.0)
 """Of fixes by Bluetooth beacons, likewise: weaker and fewer, so fixes err more."""
 
 

@@ -66,7 +66,7 @@ def soft_match(
     Parameters
     ----------
     bssid, rssi_dbm : (n,) the scan, each access point once.
-    floor : index of the floor to place it on; by default the one that the nearest points vote for.
+    floor : index of the floor to place it on; by default the likeliest.
     points : (m,) the only reference points to look at.
     unheeded : (u,) access points that the map is read without; the scan holds none of them.
 
