@@ -76,7 +76,7 @@ def _both(method: Method, common: _Fold, walk: RecordedWalk) -> tuple[list[Answe
         return state, fix
 
     answers = replay(
-        Method(method.method, method.start, advance),
+        replace(method, advance=advance),
         start,
         walk,
         common.site,
@@ -85,19 +85,25 @@ def _both(method: Method, common: _Fold, walk: RecordedWalk) -> tuple[list[Answe
         common.fold,
         protocol.bluetooth,
     )
-    after = smoothed_answers(answers, fixes, walk.floor, protocol.risk)
-    return after, smoothed_answers(answers, fixes, walk.floor, protocol.risk, LATE_S)
+    walls = method.walls and common.site.space(walk.floor).cells.size > 0
+    after = smoothed_answers(answers, fixes, walk.floor, protocol.risk, walls=walls)
+    return after, smoothed_answers(answers, fixes, walk.floor, protocol.risk, LATE_S, walls)
 
 
 def smoothed_answers(
-    answers: Sequence[Answer], fixes: Sequence[Fix], floor: str, risk: float, late_s: float = math.inf
+    answers: Sequence[Answer],
+    fixes: Sequence[Fix],
+    floor: str,
+    risk: float,
+    late_s: float = math.inf,
+    walls: bool = False,
 ) -> list[Answer]:
     """The answers to a walk's batches as the smoothed track has them; those without a position stay as they are.
 
     Parameters
     ----------
     fixes : one to each answer.  floor : the walker's.
-    late_s : from what was measured up to so long after each.
+    late_s : from what was measured up to so long after each.  walls : whether these had a part in the fixes.
     """
     times = np.array([answer.time_s for answer in answers])
     tracks: dict[int, SmoothedTrack | None] = {}
@@ -114,10 +120,10 @@ def smoothed_answers(
             found.append(answer)
             continue
         contradicted = bool(fix.integrity.if2 or fix.integrity.if3)
-        known_then = KnownThen(fix.position.x_m, fix.position.y_m, level_m, contradicted)
+        known_then = KnownThen(fix.position.x_m, fix.position.y_m, level_m, contradicted, walls)
         accuracy_m, after_m = track.radii_m(index, risk, known_then)
         (xx, xy), (_, yy) = track.covariance_m2[index].tolist()
-        x_m, y_m = track.xy_m[index].tolist()
+        x_m, y_m = track.place_m(index, known_then).tolist()
         integrity = fix.integrity
         usable = usable_afterwards(integrity.usable, bool(integrity.if3), level_m, after_m, integrity.alert_limit_m)
         found.append(

@@ -78,8 +78,10 @@ class Method:
     start : SessionStart -> state.  advance : (state, batch, site) -> (state, fix), pure: the same arguments give the
     same result, on any worker.  States are frozen dataclasses of numbers, strings, enums, arrays, tuples, None and
     other such dataclasses, so that app/fusion/state_codec.py can store them all.
+    walls : whether its answers keep to where the floor plan lets one walk.
     """
 
     method: str
     start: Callable[[SessionStart], Any]
     advance: Callable[[Any, Batch, Site], tuple[Any, Fix]]
+    walls: bool = False

@@ -250,7 +250,7 @@ def _fix(
 
 def surefix(method: str = "surefix", settings: SurefixSettings | None = None) -> Method:
     """The method with these settings."""
-    return Method(method, start, partial(advance, settings=settings or SurefixSettings()))
+    return Method(method, start, partial(advance, settings=settings or SurefixSettings()), walls=True)
 
 
 SUREFIX = surefix()

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import asyncio
 import math
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +14,7 @@ import orjson
 
 from app.errors import NotFound
 from app.fusion.evidence_codec import Evidence, decode_evidence
-from app.fusion.interface import Site
+from app.fusion.interface import Method, Site
 from app.fusion.track_smoothing import KnownThen, SmoothedTrack, smoothed, usable_afterwards
 from app.fusion.walk_timeline import Moment
 from app.observations import Motion, RadioFix, Step
@@ -33,10 +33,17 @@ class SmoothedTracks:
     live : gives the session, or raises NotFound or Expired.
     """
 
-    def __init__(self, rows: SessionRows, sites: SiteCache, live: Callable[[str], Awaitable[SessionRow]]) -> None:
+    def __init__(
+        self,
+        rows: SessionRows,
+        sites: SiteCache,
+        live: Callable[[str], Awaitable[SessionRow]],
+        methods: Mapping[str, Method],
+    ) -> None:
         self._rows = rows
         self._sites = sites
         self._live = live
+        self._with_walls = frozenset(name for name, method in methods.items() if method.walls)
         # a session of hours takes seconds: one at a time, beside the event loop, so that no phone waits for it
         self._lane = asyncio.Lock()
 
@@ -60,7 +67,7 @@ class SmoothedTracks:
             if page and (not told or told[-1].sequence < page[-1].sequence):
                 raise NotFound("the session was erased meanwhile")
             site = await self._sites.site(row.venue, row.revision)
-            return await asyncio.to_thread(_smoothed_page, page, told, row.risk, site)
+            return await asyncio.to_thread(_smoothed_page, page, told, row.risk, site, row.method in self._with_walls)
 
     async def _told(self, session: str, bodies: bool) -> list[_Told]:
         rows = await self._rows.read_evidence(session, bodies)
@@ -101,7 +108,8 @@ def _evidence_of(row: EvidenceRow) -> Evidence:
     return Evidence(motion, (own,))
 
 
-def _smoothed_page(page: Sequence[FixRow], told: Sequence[_Told], risk: float, site: Site) -> list[FixRow]:
+def _smoothed_page(page: Sequence[FixRow], told: Sequence[_Told], risk: float, site: Site, walls: bool) -> list[FixRow]:
+    """walls : whether they had a part in the fixes, on floors that have a plan."""
     measured: list[Step | RadioFix] = []
     moments: list[Moment] = []
     index: dict[int, int] = {}
@@ -115,21 +123,22 @@ def _smoothed_page(page: Sequence[FixRow], told: Sequence[_Told], risk: float, s
     for fix in page:
         document = orjson.loads(fix.body) | {"smoothed": True}
         if track is not None and document["position"] is not None:
-            _move(document, track, index[fix.sequence], risk, site)
+            _move(document, track, index[fix.sequence], risk, site, walls)
         rows.append(FixRow(fix.sequence, fix.t_ms, orjson.dumps(document)))
     return rows
 
 
-def _move(fix: dict[str, Any], track: SmoothedTrack, at: int, risk: float, site: Site) -> None:
+def _move(fix: dict[str, Any], track: SmoothedTrack, at: int, risk: float, site: Site, walls: bool) -> None:
     """Replace what the track says of a Fix; what was found at the time (flag, phases, speed) stays as it was."""
-    x_m, y_m = (float(value) for value in track.xy_m[at])
+    position, integrity = fix["position"], fix["integrity"]
+    contradicted = bool(integrity["if2"] or integrity["if3"])
+    walls = walls and site.space(track.floor[at]).cells.size > 0
+    known = KnownThen(position["x"], position["y"], integrity["protection_level"], contradicted, walls)
+    x_m, y_m = track.place_m(at, known).tolist()
     floor = site.floors.get(track.floor[at])
     georeference = None if floor is None else floor.georeference
     latitude, longitude = (None, None) if georeference is None else georeference.to_wgs84(x_m, y_m)
     heading_rad = float(track.heading_rad[at])
-    position, integrity = fix["position"], fix["integrity"]
-    contradicted = bool(integrity["if2"] or integrity["if3"])
-    known = KnownThen(position["x"], position["y"], integrity["protection_level"], contradicted)
     accuracy_m, level_m = track.radii_m(at, risk, known)
     integrity["usable"] = usable_afterwards(
         bool(integrity["usable"]),

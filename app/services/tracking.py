@@ -92,7 +92,7 @@ class Tracking:
         self._listeners = listeners
         self._locks: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()
         self.announcements = Announcements()
-        self.smoothed = SmoothedTracks(rows, sites, self.live)
+        self.smoothed = SmoothedTracks(rows, sites, self.live, methods)
 
     async def open(
         self, venue: str, method: str, start: SessionStart, device: Mapping[str, str] | None = None

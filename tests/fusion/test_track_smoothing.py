@@ -244,3 +244,15 @@ def test_usable_follows_the_new_level_but_never_a_fault_or_an_uncertain_floor(
     usable: bool, fault: bool, before_m: float, level_m: float, expected: bool
 ) -> None:
     assert usable_afterwards(usable, fault, before_m, level_m, 10.0) is expected
+
+
+def test_the_place_lies_between_the_track_and_an_answer_that_knew_walls_unless_they_contradict() -> None:
+    track = track_of(told(2))
+    walled = replace(as_known(track, 40, 5.0), walls=True)
+    assert track.place_m(40, walled) == pytest.approx(track.xy_m[40] + [2.0, 0.0])
+    for other in (
+        replace(walled, walls=False),
+        replace(walled, contradicted=True),
+        replace(as_known(track, 40, 12.1), walls=True),
+    ):
+        assert track.place_m(40, other).tolist() == track.xy_m[40].tolist()
