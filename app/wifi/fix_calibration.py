@@ -48,7 +48,7 @@ class FixCalibration:
     least_m2 + scatter * that of the matching points + separation * that of the solutions without a group
     + (distance_m2 + edge * |outward|^2) * strangeness.
     beyond : a strange scan at the edge of the survey was taken past it: the place moves by beyond * strangeness *
-    outward.
+    outward.  parted : and by this share of the way to the mean of the places without a group.
     walks : how many survey walks the numbers were learnt from, 0: defaults.
     reach : by what this survey's errors reach further than those that levels were set on: their conformal 95 % in
     standard deviations, walks counting alike, beside REACH_95; drawn towards 1 where walks are few.
@@ -62,13 +62,14 @@ class FixCalibration:
     distance_m2: float = 1500.0
     edge: float = 28.0
     beyond: float = 16.0
+    parted: float = 0.1
     walks: int = 0
     reach: float = 1.0
 
     def place_m(self, match: Match) -> FloatArray:
         """(2,) of the phone."""
         share = min(self.beyond * match.strangeness, 1.0)
-        return np.asarray(match.xy_m + share * match.outward_m, np.float64)
+        return np.asarray(match.xy_m + share * match.outward_m + self.parted * match.parted_m, np.float64)
 
     def variance_m2(self, match: Match, distance_weight: float = 1.0) -> float:
         """Of that place, in each direction. distance_weight : by what strangeness counts more."""
@@ -136,8 +137,10 @@ def calibrate(
         return default
     witnesses = np.array([_witnesses(match) for match in left_out.match], np.float64)
     outward_m = np.array([match.outward_m for match in left_out.match], np.float64)
+    parted_m = np.array([match.parted_m for match in left_out.match], np.float64)
     strangeness = np.array([[match.strangeness] for match in left_out.match], np.float64)
-    seen = np.append(witnesses.any(axis=0), outward_m.any())  # beacons have no groups and no edge
+    # beacons have no groups and no edge
+    seen = np.concatenate([witnesses.any(axis=0), [outward_m.any(), parted_m.any()]])
     usual = np.array(astuple(default)[: len(seen)], np.float64)
 
     def numbers(logarithms: FloatArray) -> FloatArray:
@@ -145,21 +148,21 @@ def calibrate(
         found[seen] = np.exp(logarithms)
         return found
 
-    def missed_m2(beyond: float) -> FloatArray:
-        share = np.minimum(beyond * strangeness, 1.0)
-        return np.asarray(((left_out.missed_m - share * outward_m) ** 2).sum(axis=1), np.float64)
+    def missed_m2(beyond: float, parted: float) -> FloatArray:
+        moved_m = np.minimum(beyond * strangeness, 1.0) * outward_m + parted * parted_m
+        return np.asarray(((left_out.missed_m - moved_m) ** 2).sum(axis=1), np.float64)
 
     def surprise(logarithms: FloatArray) -> float:
-        *weights, beyond = numbers(logarithms)
+        *weights, beyond, parted = numbers(logarithms)
         variance_m2 = witnesses @ weights
-        likely = np.mean(np.log(variance_m2) + missed_m2(beyond) / (2.0 * variance_m2))
+        likely = np.mean(np.log(variance_m2) + missed_m2(beyond, parted) / (2.0 * variance_m2))
         return float(likely + PRIOR_WALKS / walks * np.mean((logarithms - start) ** 2))
 
     start = np.log(usual[seen])
     found = minimize(surprise, start, method="L-BFGS-B", bounds=[(one - 5.0, one + 5.0) for one in start])
     learnt = replace(FixCalibration(*numbers(found.x).tolist()), walks=walks)
     sigma_m = np.sqrt([learnt.variance_m2(match, DISTANCE_WEIGHT) for match in left_out.match])
-    conformal = conformal_reach(np.sqrt(missed_m2(learnt.beyond)) / sigma_m, left_out.walk, 0.95)
+    conformal = conformal_reach(np.sqrt(missed_m2(learnt.beyond, learnt.parted)) / sigma_m, left_out.walk, 0.95)
     return replace(learnt, reach=(conformal / REACH_95) ** (walks / (walks + REACH_PRIOR_WALKS)))
 
 

@@ -26,6 +26,7 @@ class Match:
     known : access points of the scan that the map knows.
     separation_m2 : mean square, in each direction, of how far the place moves when a group of access points is left
     out, as the jackknife counts it; 0 of a matcher that does not try.
+    parted_m : (2,) from the place to the mean of those without a group.
     outward_m : (2,) to the place from the middle of what was surveyed around it: short within the survey, long at its
     edge; 0 of a matcher that does not look.
     """
@@ -39,6 +40,7 @@ class Match:
     weight: FloatArray
     known: int
     separation_m2: float = 0.0
+    parted_m: FloatArray = field(default_factory=lambda: np.zeros(2))
     outward_m: FloatArray = field(default_factory=lambda: np.zeros(2))
 
     @property

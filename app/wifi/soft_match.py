@@ -37,8 +37,8 @@ class SoftSettings:
     softness : signal distance by which a point's weight falls to 1/e.
     voters : points that vote for the floor.
     neighbours : points that count, the best first; the others' weight is next to nothing.
-    separated : place the scan without each group of access points (app/wifi/separation.py; by cosines only), take the
-    mean, and see whether that is at the edge of the survey.
+    separated : place the scan without each group of access points as well (app/wifi/separation.py; by cosines only),
+    and see whether the place is at the edge of the survey.
     """
 
     representation: Representation = SQUARED
@@ -108,12 +108,11 @@ def soft_match(
     if products is None:
         return match
     places_m = separated(products, index, match.floor, settings.softness, match.xy_m)
-    xy_m = places_m.mean(axis=0)
     return replace(
         match,
-        xy_m=xy_m,
+        parted_m=places_m.mean(axis=0) - match.xy_m,
         separation_m2=float(((places_m - match.xy_m) ** 2).sum()) / 2.0 * (GROUPS - 1) / GROUPS,
-        outward_m=xy_m - _surveyed_around(index, match.floor, xy_m),
+        outward_m=match.xy_m - _surveyed_around(index, match.floor, match.xy_m),
     )
 
 
