@@ -147,11 +147,13 @@ def _scanned(
     elsewhere_m = site.radio_map.xy_m[match.alike(settings.alike)]
     place_m = calibration.place_m(match)
     fix = CloudFix(place_m, variance_m2 - lasting_m2, lasting_m2, scan.time_s, elsewhere_m=elsewhere_m)
+    # a track that beacons began is no better than the first scan of WiFi
+    by_beacons = state.radio_s is None and not state.prior_only
     state = replace(state, floor=floor, storeys=storeys, radio_s=scan.time_s, otherwise_m=found.otherwise_m)
     if changed and storeys.changing and state.track is not None:
         state, changed = replace(state, track=landed(state.track, settings.stairs_sigma_m)), False
     said = fix.said(floor.floor, match.signal_distance)
-    if state.track is None or changed:
+    if state.track is None or changed or by_beacons:
         evidence.append(said)
         track = beginning(fix, now_s, _space(state, site), settings, state.track)
         return replace(state, track=track, rivalry=None, phases=Phases(excluded=_foreign(found)))

@@ -86,7 +86,7 @@ def _witnesses(match: Match) -> tuple[float, float, float, float, float]:
 
 
 DEFAULT = FixCalibration()
-BEACON_DEFAULT = FixCalibration(14.0, 0.7, distance_m2=2000.0)
+BEACON_DEFAULT = FixCalibration(14.0, 0.7, distance_m2=170.0)
 """Of fixes by Bluetooth beacons, likewise: weaker and fewer, so fixes err more."""
 
 

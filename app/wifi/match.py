@@ -11,9 +11,6 @@ from app.estimation.arrays import FloatArray, IntArray
 from app.wifi.match_index import MatchIndex
 from app.wifi.radio_map import Int32Array
 
-_FEW_KNOWN = 100.0
-"""Access points of a scan with which chance is half of its strangeness: 25 and 50 predict errors worse, 200 as well."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Match:
@@ -26,6 +23,7 @@ class Match:
     known : access points of the scan that the map knows.
     separation_m2 : mean square, in each direction, of how far the place moves when a group of access points is left
     out, as the jackknife counts it; 0 of a matcher that does not try.
+    few_known : access points with which chance is half of the strangeness.
     parted_m : (2,) from the place to the mean of those without a group.
     outward_m : (2,) to the place from the middle of what was surveyed around it: short within the survey, long at its
     edge; 0 of a matcher that does not look.
@@ -40,6 +38,7 @@ class Match:
     weight: FloatArray
     known: int
     separation_m2: float = 0.0
+    few_known: float = 0.0
     parted_m: FloatArray = field(default_factory=lambda: np.zeros(2))
     outward_m: FloatArray = field(default_factory=lambda: np.zeros(2))
 
@@ -51,7 +50,7 @@ class Match:
     @property
     def strangeness(self) -> float:
         """Square of the signal distance; less of a scan of few access points, which is unlike everything by chance."""
-        return self.signal_distance**2 * self.known / (self.known + _FEW_KNOWN)
+        return self.signal_distance**2 * self.known / (self.known + self.few_known)
 
     def alike(self, share: float) -> IntArray:
         """The neighbours of at least this share of the best one's weight."""

@@ -39,6 +39,7 @@ class SoftSettings:
     neighbours : points that count, the best first; the others' weight is next to nothing.
     separated : place the scan without each group of access points as well (app/wifi/separation.py; by cosines only),
     and see whether the place is at the edge of the survey.
+    few_known : as of the Match. 25 and 50 predict errors worse, 200 as well.
     """
 
     representation: Representation = SQUARED
@@ -48,6 +49,7 @@ class SoftSettings:
     neighbours: int = 200
     distance: Distance = Distance.COSINE
     separated: bool = True
+    few_known: float = 100.0
 
 
 def soft_match(
@@ -105,6 +107,7 @@ def soft_match(
     weight = np.exp((distance[chosen[0]] - distance[chosen]) / settings.softness)
     neighbours = chosen if points is None else points[chosen]
     match = matched(index, neighbours, distance[chosen], weight, votes, known)
+    match = replace(match, few_known=settings.few_known)
     if products is None:
         return match
     places_m = separated(products, index, match.floor, settings.softness, match.xy_m)
