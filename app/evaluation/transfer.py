@@ -154,7 +154,8 @@ def factor_holding(answers: Sequence[Answer], risk: float) -> float:
         for a in answers
         if a.error_m is not None and a.protection_level_m is not None
     ]
-    return float(np.quantile(ratios, 1.0 - risk, method="higher")) if ratios else math.nan
+    # a little more, so that the answer that decides lies inside for certain
+    return float(np.quantile(ratios, 1.0 - risk, method="higher")) * (1.0 + 1e-9) if ratios else math.nan
 
 
 def replays(floors: int, walks: int) -> int:

@@ -20,15 +20,15 @@ from app.fusion.batch_events import Event, events, knows_turns
 from app.fusion.beacon_fixes import with_beacons
 from app.fusion.cloud_place import heading_of, place, scale_of, speed_mps
 from app.fusion.fix_assembly import Estimate, Phases, Walker, assembled_fix, no_fix
-from app.fusion.hearing import HeardMatch, after, match_heard
+from app.fusion.hearing import after, match_heard
 from app.fusion.hypotheses import Rivalry, exchanged, first_is_back, judged, rival_wins
 from app.fusion.interface import START_SIGMA_M, Method, SessionStart, Site
 from app.fusion.particle_cloud import Cloud, aged, begun, landed, stepped
 from app.fusion.storeys import climbed, heard
-from app.fusion.surefix_measuring import CloudFix, TestedFix, beginning, phases_of, tested
+from app.fusion.surefix_measuring import CloudFix, TestedFix, beginning, foreign_told, once_each, phases_of, tested
 from app.fusion.surefix_settings import SurefixSettings
 from app.fusion.surefix_state import SurefixState
-from app.observations import Batch, Excluded, Fix, InnovationCheck, Position, RadioFix, Step, WifiScan
+from app.observations import Batch, Fix, InnovationCheck, Position, RadioFix, Step, WifiScan
 from app.pdr.tracker import PdrOutput, initial_pdr_state
 from app.pdr.turn_doubt import noted, turns_doubted
 from app.wifi.fix_calibration import calibration_of
@@ -145,8 +145,8 @@ def _scanned(
     variance_m2 = calibration.variance_m2(match, settings.distance_weight)
     lasting_m2 = settings.lasting * variance_m2
     elsewhere_m = site.radio_map.xy_m[match.alike(settings.alike)]
-    place_m = calibration.place_m(match)
-    fix = CloudFix(place_m, variance_m2 - lasting_m2, lasting_m2, scan.time_s, elsewhere_m=elsewhere_m)
+    own_m2, place_m = variance_m2 - lasting_m2, calibration.place_m(match)
+    fix = CloudFix(place_m, own_m2, lasting_m2, scan.time_s, elsewhere_m=elsewhere_m)
     # a track that beacons began is no better than the first scan of WiFi
     by_beacons = state.radio_s is None and not state.prior_only
     state = replace(state, floor=floor, storeys=storeys, radio_s=scan.time_s, otherwise_m=found.otherwise_m)
@@ -156,7 +156,7 @@ def _scanned(
     if state.track is None or changed or by_beacons:
         evidence.append(said)
         track = beginning(fix, now_s, _space(state, site), settings, state.track)
-        return replace(state, track=track, rivalry=None, phases=Phases(excluded=_foreign(found)))
+        return replace(state, track=track, rivalry=None, phases=Phases(excluded=foreign_told(found)))
 
     first = tested(state.track, fix, moved, _space(state, site), settings)
     checks.append(first.check)
@@ -166,13 +166,7 @@ def _scanned(
         here_m = place(state.track, moved).xy_m
         explained = found.unlike(site.radio_map, here_m, limits.here_m) < limits.unlike_here
     state = _judged(state, first, fix, scan, moved, _space(state, site), settings, explained)
-    return replace(state, phases=replace(state.phases, excluded=state.phases.excluded + _foreign(found)))
-
-
-def _foreign(found: HeardMatch) -> tuple[Excluded, ...]:
-    """What of a scan was left out, and why."""
-    reason = "foreign: nobody heard it where the rest of the scan was taken"
-    return tuple(Excluded(reason, bssid=bssid) for bssid in found.foreign.tolist())
+    return replace(state, phases=replace(state.phases, excluded=state.phases.excluded + foreign_told(found)))
 
 
 def _judged(
@@ -234,9 +228,7 @@ def _fix(
         level_m=settings.level_m(here, risk, reach),
     )
     known_faulty = excluded(state.watch, settings.access_points)
-    names = {one.bssid for one in known_faulty}
-    by_scan = tuple(one for one in state.phases.excluded if one.bssid is None or one.bssid not in names)
-    phases = replace(state.phases, excluded=by_scan + known_faulty)
+    phases = replace(state.phases, excluded=once_each(state.phases.excluded, known_faulty))
     if state.rivalry is not None:
         there = place(state.rivalry.rival, moved)
         reach_m = float(np.hypot(*(there.xy_m - here.xy_m))) + settings.level_m(there, risk, reach)

@@ -11,6 +11,7 @@ from app.estimation.innovation import normalised_square
 from app.floorplan.free_space import FreeSpace
 from app.fusion.cloud_fusing import expected, fused
 from app.fusion.fix_assembly import Phases
+from app.fusion.hearing import HeardMatch
 from app.fusion.particle_cloud import NOWHERE, Cloud, begun
 from app.fusion.surefix_settings import SurefixSettings
 from app.observations import Excluded, InnovationCheck, RadioFix
@@ -94,3 +95,15 @@ def phases_of(first: TestedFix, if1: int, if2: int, if3: int) -> Phases:
         times = "again and again" if if3 else "this once"
         excluded = (Excluded(f"{first.apart_m:.0f} m from where the steps lead, {times}", observation="wifi"),)
     return Phases(if1, if2, if3, first.statistic, first.check.threshold, 0.0, excluded)
+
+
+def foreign_told(found: HeardMatch) -> tuple[Excluded, ...]:
+    """What of a scan was left out, and why."""
+    reason = "foreign: nobody heard it where the rest of the scan was taken"
+    return tuple(Excluded(reason, bssid=bssid) for bssid in found.foreign.tolist())
+
+
+def once_each(by_scan: tuple[Excluded, ...], known: tuple[Excluded, ...]) -> tuple[Excluded, ...]:
+    """Both, without what a scan says of access points that more is known of."""
+    names = {one.bssid for one in known}
+    return (*(one for one in by_scan if one.bssid is None or one.bssid not in names), *known)
