@@ -221,21 +221,21 @@ def _fix(
         return no_fix(state.start, state.time_s, walker)
     walker = Walker(heading_of(track), speed_mps(track, moved), state.step_count, moved.motion, moved.carrying)
     here, reach = place(track, moved), 1.0 if site.radio_map is None else calibration_of(site.radio_map).reach
+    level_m = settings.level_m(here, risk, reach)
     estimate = Estimate(
         Position(float(here.xy_m[0]), float(here.xy_m[1]), state.floor.floor),
         settings.covariance_m2(here, reach),
         accuracy_m=settings.accuracy_m(here, reach),
-        level_m=settings.level_m(here, risk, reach),
+        level_m=level_m,
     )
-    known_faulty = excluded(state.watch, settings.access_points)
-    phases = replace(state.phases, excluded=once_each(state.phases.excluded, known_faulty))
+    told = once_each(state.phases.excluded, excluded(state.watch, settings.access_points))
+    phases = replace(state.phases, excluded=told)
     if state.rivalry is not None:
         there = place(state.rivalry.rival, moved)
         reach_m = float(np.hypot(*(there.xy_m - here.xy_m))) + settings.level_m(there, risk, reach)
         phases = replace(phases, covers_m=reach_m)
     if state.otherwise_m is not None:
-        reach_m = float(np.hypot(*(state.otherwise_m - here.xy_m))) + settings.level_m(here, risk, reach)
-        phases = replace(phases, covers_m=max(phases.covers_m, reach_m))
+        phases = replace(phases, covers_m=max(phases.covers_m, math.dist(state.otherwise_m, here.xy_m) + level_m))
     coasting = state.time_s - state.heard_s > settings.silent_after_s
     certain = state.floor.certainty >= settings.least_floor_certainty and not state.storeys.changing
     fix = assembled_fix(state.start, state.time_s, estimate, walker, phases, coasting, checks)

@@ -37,6 +37,13 @@ def heard(rng: np.random.Generator, at_m: np.ndarray, place: np.ndarray) -> tupl
     return ACCESS_POINTS[loud], rssi_dbm[loud]
 
 
+def drawn(seed: int) -> tuple[np.random.Generator, RadioMap, np.ndarray, np.ndarray]:
+    """A hall, and a scan somewhere in it."""
+    rng = np.random.default_rng(seed)
+    radio_map, at_m = field(rng)
+    return rng, radio_map, *heard(rng, at_m, rng.uniform(0.0, 40.0, 2))
+
+
 def placed(radio_map: RadioMap, bssid: np.ndarray, rssi_dbm: np.ndarray, settings: SoftSettings) -> Match:
     match = soft_match(radio_map, bssid, rssi_dbm, settings)
     assert match is not None
@@ -45,9 +52,7 @@ def placed(radio_map: RadioMap, bssid: np.ndarray, rssi_dbm: np.ndarray, setting
 
 @given(st.integers(0, 2**31))
 def test_each_solution_is_the_soft_match_of_a_scan_and_a_map_without_the_group(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    radio_map, at_m = field(rng)
-    bssid, rssi_dbm = heard(rng, at_m, rng.uniform(0.0, 40.0, 2))
+    _, radio_map, bssid, rssi_dbm = drawn(seed)
     index = index_of(radio_map, SQUARED, PLAIN.smooth_m)
     products = grouped_products(index, bssid, rssi_dbm, NOTHING)
     found_m = separated(products, index, 0, PLAIN.softness, np.zeros(2))
@@ -62,9 +67,7 @@ def test_each_solution_is_the_soft_match_of_a_scan_and_a_map_without_the_group(s
 
 @given(st.integers(0, 2**31))
 def test_all_groups_together_are_the_cosine_with_and_without_unheeded_access_points(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    radio_map, at_m = field(rng)
-    bssid, rssi_dbm = heard(rng, at_m, rng.uniform(0.0, 40.0, 2))
+    rng, radio_map, bssid, rssi_dbm = drawn(seed)
     index = index_of(radio_map, SQUARED, PLAIN.smooth_m)
     out = rng.random(len(bssid)) < 0.3
     for unheeded, kept in ((NOTHING, np.ones(len(bssid), np.bool_)), (np.unique(bssid[out]), ~out)):
