@@ -85,7 +85,7 @@ def _both(method: Method, common: _Fold, walk: RecordedWalk) -> tuple[list[Answe
         common.fold,
         protocol.bluetooth,
     )
-    walls = method.walls and common.site.space(walk.floor).cells.size > 0
+    walls = method.walls and common.site.space(walk.floor).walled
     after = smoothed_answers(answers, fixes, walk.floor, protocol.risk, walls=walls)
     return after, smoothed_answers(answers, fixes, walk.floor, protocol.risk, LATE_S, walls)
 

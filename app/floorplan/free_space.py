@@ -41,6 +41,11 @@ class FreeSpace:
     cells: BoolArray
     cell_m: float
 
+    @property
+    def walled(self) -> bool:
+        """Whether a plan says where one cannot be."""
+        return self.cells.size > 0
+
 
 NO_PLAN = FreeSpace(np.ones((0, 0), np.bool_), 1.0)
 """Everything is free."""

@@ -132,7 +132,7 @@ def _move(fix: dict[str, Any], track: SmoothedTrack, at: int, risk: float, site:
     """Replace what the track says of a Fix; what was found at the time (flag, phases, speed) stays as it was."""
     position, integrity = fix["position"], fix["integrity"]
     contradicted = bool(integrity["if2"] or integrity["if3"])
-    walls = walls and site.space(track.floor[at]).cells.size > 0
+    walls = walls and site.space(track.floor[at]).walled
     known = KnownThen(position["x"], position["y"], integrity["protection_level"], contradicted, walls)
     x_m, y_m = track.place_m(at, known).tolist()
     floor = site.floors.get(track.floor[at])

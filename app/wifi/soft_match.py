@@ -87,10 +87,10 @@ def soft_match(
         distance = cosine_distances(products)
     distance[distance >= 1.0] = np.inf  # shares nothing
     floors = index.floor if points is None else index.floor[points]
-    around = nearest(distance, floors, -1, settings.voters)
-    if len(around) == 0:
+    if not np.isfinite(distance).any():
         return None
     if products is None or len(index.floors) == 1:
+        around = nearest(distance, floors, -1, settings.voters)
         votes = floor_votes(
             index, around if points is None else points[around], 1.0 / np.maximum(distance[around], 1e-6)
         )
