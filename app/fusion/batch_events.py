@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 from app.observations import Batch, BluetoothScan, WifiScan
 from app.pdr import attitude_state
+from app.pdr.gyroscope_stuck import gyroscope_stuck
 from app.pdr.tracker import PdrOutput, PdrState, advance_pdr
 
 GYROSCOPE_STALE_S = 2.0
@@ -73,6 +74,8 @@ def end_of(batch: Batch, before_s: float | None) -> float | None:
 
 
 def knows_turns(event: Event) -> bool:
-    """Whether there is a gyroscope, without which a phone that lacks north knows no turns either."""
-    newest = event.pdr.attitude.time_s
-    return bool(newest[attitude_state.GYR] > newest[attitude_state.ACC] - GYROSCOPE_STALE_S)
+    """Whether there is a gyroscope that works, without which a phone that lacks north knows no turns either."""
+    attitude = event.pdr.attitude
+    newest = attitude.time_s
+    fresh = bool(newest[attitude_state.GYR] > newest[attitude_state.ACC] - GYROSCOPE_STALE_S)
+    return fresh and not gyroscope_stuck(attitude.scalars, attitude.rest, attitude.magnetic)

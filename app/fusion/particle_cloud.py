@@ -15,8 +15,8 @@ from app.floorplan.free_space import FreeSpace
 from app.fusion import cloud_kernels as kernels
 from app.fusion.cloud_settings import CloudSettings
 from app.fusion.state_codec import storable
-from app.observations import Step
 from app.pdr.tracker import PdrOutput
+from app.pdr.turn_doubt import LedStep
 
 NO_HEADING = math.inf
 _STIR, _FACE, _STEP, _RESAMPLE, RENEW = 0, 4, 8, 12, 16
@@ -94,11 +94,11 @@ def begun(
     return Cloud(particles, weight, bias_m2, lasting_m2, 0.0, False, math.nan, stride_m, stride_s, time_s, seed + SEEDS)
 
 
-def stepped(cloud: Cloud, step: Step, turns: bool, space: FreeSpace, settings: CloudSettings) -> Cloud:
-    """The cloud after a step. turns : whether the phone knows its turns."""
-    cloud = stirred(cloud, space)
+def stepped(cloud: Cloud, led: LedStep, space: FreeSpace, settings: CloudSettings) -> Cloud:
+    """The cloud after a step."""
+    cloud, step, turns = stirred(cloud, space), led.step, led.turns
     absolute = step.absolute
-    if not absolute and not turns:
+    if led.afresh or not (absolute or turns):
         cloud = replace(cloud, headed=False)
     turn_rad = step.heading_change_rad
     if not cloud.headed:

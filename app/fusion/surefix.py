@@ -30,7 +30,7 @@ from app.fusion.surefix_settings import SurefixSettings
 from app.fusion.surefix_state import SurefixState
 from app.observations import Batch, Fix, InnovationCheck, Position, RadioFix, Step, WifiScan
 from app.pdr.tracker import PdrOutput, initial_pdr_state
-from app.pdr.turn_doubt import noted, turns_doubted
+from app.pdr.turn_doubt import led
 from app.wifi.fix_calibration import calibration_of
 from app.wifi.readings import is_news
 
@@ -79,13 +79,8 @@ def _watched(
 
 def _moved(state: SurefixState, event: Event, site: Site, settings: SurefixSettings) -> SurefixState:
     """Steps and time that passed since the event before, for both accounts."""
-    track, rivalry, record = state.track, state.rivalry, state.turns
-    steps = list[Step]()
-    for step in event.moved.steps:
-        record = noted(record, step)
-        steps.append(replace(step, heading_sigma_rad=math.pi) if turns_doubted(record) else step)
-    turns = knows_turns(event) and not turns_doubted(record)
-    space = _space(state, site)
+    track, rivalry, space = state.track, state.rivalry, _space(state, site)
+    record, steps = led(state.turns, event.moved.steps, knows_turns(event))
     if track is None and state.start.start is not None and event.time_s is not None:
         prior, variance_m2 = state.start.start, START_SIGMA_M**2
         at_m = np.array([prior.x_m, prior.y_m])
@@ -93,14 +88,14 @@ def _moved(state: SurefixState, event: Event, site: Site, settings: SurefixSetti
         state = replace(state, prior_only=True)
 
     def walked(cloud: Cloud) -> Cloud:
-        for step in steps:
-            cloud = stepped(cloud, step, turns, space, settings.cloud)
+        for one in steps:
+            cloud = stepped(cloud, one, space, settings.cloud)
         return cloud if event.time_s is None else aged(cloud, event.time_s, event.moved, settings.cloud)
 
     track = None if track is None else walked(track)
     if rivalry is not None:
         rival = walked(rivalry.rival)
-        way_m = scale_of(rival) * sum(step.length_m for step in steps)
+        way_m = scale_of(rival) * sum(step.length_m for step in event.moved.steps)
         rivalry = replace(rivalry, rival=rival, walked_m=rivalry.walked_m + way_m)
     count = state.step_count + len(steps)
     return replace(

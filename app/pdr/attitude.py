@@ -24,6 +24,8 @@ from app.pdr.compass import (
     DELTA,
     DRIFT_VARIANCE,
     FIELD_REJECT_S,
+    LEAST_FIELD_UT,
+    MOST_FIELD_UT,
     REJECT_S,
     START_GAIN,
     follow_compass,
@@ -31,6 +33,7 @@ from app.pdr.compass import (
     wrapped,
 )
 from app.pdr.gyroscope_bias import DEGREE, REST_AFTER_S, TAU_REST_S, learn_bias, notice_rest
+from app.pdr.gyroscope_stuck import gyroscope_stuck, notice_repeats
 from app.pdr.quaternion import azimuth, multiply, rotate, turn_by
 
 TAU_GRAVITY_S, TAU_GRAVITY_NO_GYRO_S = 3.0, 0.6
@@ -167,14 +170,16 @@ def track(
         at_m = mag_time_s[m] if m < len(mag_time_s) else math.inf
         at_r = rot_time_s[r] if r < len(rot_time_s) else math.inf
         now = min(at_a, at_g, at_m, at_r)
-        has_rate = now - time_s[GYR] < STALE_S
+        has_rate = now - time_s[GYR] < STALE_S and not gyroscope_stuck(scalars, rest, magnetic)
         has_rotation = now - time_s[ROT] < STALE_S
         if at_g == now:
             interval_s = now - time_s[GYR]
             if interval_s > GAP_S:
                 scalars[LEVEL_S], interval_s = 0.0, 0.0
                 magnetic[START_GAIN], magnetic[REJECT_S] = 1.0, FIELD_REJECT_S
-            _on_rate(gyr, g, interval_s, rate, strapdown, inclination, scalars, bias, rest, work)
+            notice_repeats(gyr, g, interval_s, rate, rest)
+            if not gyroscope_stuck(scalars, rest, magnetic):
+                _on_rate(gyr, g, interval_s, rate, strapdown, inclination, scalars, bias, rest, work)
             time_s[GYR], g = now, g + 1
         elif at_m == now:
             interval_s = min(now - time_s[MAG], GAP_S)
@@ -183,13 +188,15 @@ def track(
                 work[k] = mag[m, k]
             rotate(own, work, work)
             norm = math.sqrt(work[0] ** 2 + work[1] ** 2 + work[2] ** 2)
-            if norm > 1.0:
+            if LEAST_FIELD_UT < norm < MOST_FIELD_UT:
                 north = math.atan2(work[0], work[1])
                 magnetic[BEARING] = wrapped(azimuth(own) - north)
                 turning = rate[0] ** 2 + rate[1] ** 2 + rate[2] ** 2 >= TURNING**2
                 trust_field(interval_s, norm, -math.asin(min(max(work[2] / norm, -1.0), 1.0)), turning, magnetic)
                 if not has_rotation:
                     scalars[DRIFT] = follow_compass(north, interval_s, has_rate, scalars[DRIFT], magnetic)
+            else:
+                magnetic[BEARING] = math.nan
             time_s[MAG], m = now, m + 1
         elif at_r == now:
             _take_rotation_vector(rot, r, anchor)
@@ -215,7 +222,7 @@ def track(
             for k in range(3):
                 work[k] = acc[a, k]
             rotate(own, work, work)
-            has_field = now - time_s[MAG] < STALE_S
+            has_field = now - time_s[MAG] < STALE_S and not math.isnan(magnetic[BEARING])
             if has_rotation:
                 if has_rate:  # turned since by the gyroscope
                     since[0], since[1], since[2], since[3] = then[0], -then[1], -then[2], -then[3]

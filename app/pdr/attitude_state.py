@@ -30,7 +30,7 @@ class AttitudeState:
     gravity : (2, 3) stages of the low-pass.  scalars : (5,) seconds since levelling began, seconds at rest, turn
     about the vertical (clockwise, rad), variance gained by drift (rad^2), newest heading (rad).
     bias : (3,) rad/s.  bias_covariance : (3, 3).  bias_filter : (2, 11) low-passed rotation and rotated bias.
-    rest : (2, 6) low-passed rate and acceleration.
+    rest : (2, 6) low-passed rate and acceleration; newest rate, and for how long (s) it has been repeated.
     magnetic : (12,) heading offset, start gain, field norm and dip now, trusted and candidate, timers, bearing.
     anchor : (2, 4) newest rotation vector as a quaternion, and the own attitude then.
     """

@@ -20,6 +20,9 @@ TAU_COMPASS_S, TAU_COMPASS_NO_GYRO_S = 9.0, 1.0
 FIELD_SHARE, FIELD_DIP = 0.10, 10.0 * DEGREE
 TAU_FIELD_S, TAU_FIELD_REFERENCE_S, FIELD_CALM_S = 0.05, 20.0, 0.5
 FIELD_NEW_S, FIELD_FIRST_S, FIELD_REJECT_S = 20.0, 5.0, 60.0
+LEAST_FIELD_UT, MOST_FIELD_UT = 10.0, 120.0
+"""The earth's field is of 22 to 67 uT, and of 20 to 110 near steel in the recorded mall. What is beyond is a magnet at
+the phone, or a sensor that nobody calibrated: it turns with the phone, and is no compass."""
 DRIFT_VARIANCE = 0.02**2
 """rad^2/s by which the heading's variance grows while the compass is not believed."""
 

@@ -19,6 +19,7 @@ from app.fusion.particle_cloud import Cloud, aged, begun, landed, stepped
 from app.fusion.state_codec import decode_state, encode_state
 from app.observations import Carrying, Motion, Step
 from app.pdr.tracker import PdrOutput
+from app.pdr.turn_doubt import LedStep
 
 MANY = CloudSettings(particles=4000)
 HERE = np.array([20.0, 5.0])
@@ -43,7 +44,7 @@ def at(xy_m: FloatArray = HERE, own_m2: float = 4.0, lasting_m2: float = 4.0, sp
 
 def walked(cloud: Cloud, steps: int, space: FreeSpace = NO_PLAN, **of_step: float) -> Cloud:
     for _ in range(steps):
-        cloud = stepped(cloud, step(**of_step), True, space, MANY)
+        cloud = stepped(cloud, LedStep(step(**of_step)), space, MANY)
     return cloud
 
 
@@ -105,7 +106,7 @@ def test_walls_on_both_sides_tell_the_direction_that_a_phone_without_north_does_
 def test_walls_stop_particles_but_for_the_share_that_believes_in_a_door(through: float, most: float) -> None:
     space, cloud = corridor(), at(space=corridor())
     for _ in range(30):
-        cloud = stepped(cloud, step(math.pi / 2.0), True, space, CloudSettings(through=through))
+        cloud = stepped(cloud, LedStep(step(math.pi / 2.0)), space, CloudSettings(through=through))
     outside = [not kernels.is_free(space.cells, space.cell_m, x, y) for x, y in cloud.particles[:, :2].tolist()]
     assert np.average(outside, weights=cloud.weight) <= most
     assert any(outside) == (through > 0.0)
@@ -142,7 +143,7 @@ def test_a_linear_walk_agrees_with_the_kalman_filter() -> None:
     mean, covariance = np.array([HERE[0], 0.0]), np.array([[9.0, -3.0], [-3.0, 3.0]])
     seen = np.array([1.0, 1.0])
     for number in range(12):
-        cloud = stepped(cloud, Step(0.0, 0.5, 0.7, math.pi / 2, 0.0, 0.0, math.nan), True, NO_PLAN, exact)
+        cloud = stepped(cloud, LedStep(Step(0.0, 0.5, 0.7, math.pi / 2, 0.0, 0.0, math.nan)), NO_PLAN, exact)
         kept = math.exp(-0.7 / exact.bias_reach_m)
         forth = np.diag([1.0, kept])
         mean = forth @ mean + [0.7, 0.0]
@@ -209,7 +210,7 @@ def test_whatever_comes_the_cloud_stays_finite_and_repeats_itself(events: list[t
         cloud = begun(HERE, 4.0, 4.0, 0.0, corridor(), CloudSettings(particles=100))
         for kind, first, second in events:
             if kind == "step":
-                cloud = stepped(cloud, step(first, first / 3.0, second), True, corridor(), CloudSettings())
+                cloud = stepped(cloud, LedStep(step(first, first / 3.0, second)), corridor(), CloudSettings())
             else:
                 fix_m = np.array([first, second])
                 cloud = fused(cloud, fix_m, 4.0, 4.0, 1.0, STANDING, corridor(), CloudSettings())

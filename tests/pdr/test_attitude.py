@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,11 +12,13 @@ from scipy.io import loadmat
 from scipy.spatial.transform import Rotation
 
 from app.estimation.arrays import FloatArray
-from app.observations import AxisSamples
+from app.observations import AxisSamples, Step
 from app.pdr import attitude
 from app.pdr.attitude_state import AttitudeState
 from app.pdr.compass import DELTA
+from app.pdr.gyroscope_stuck import gyroscope_stuck
 from app.pdr.quaternion import multiply
+from app.pdr.tracker import advance_pdr, initial_pdr_state
 from tests.open_data import open_data
 from tests.pdr.phones import START_S, Phone, run, sensed, walked
 
@@ -122,6 +125,54 @@ def test_steel_for_ten_seconds_does_not_turn_the_heading() -> None:
     compass = np.array([s.magnetic_heading_rad for s in steps if 31.0 < s.time_s - START_S < 39.0])
     assert np.abs(np.degrees(compass - 0.5)).min() > 10.0
     assert sigma.max() > sigma[0]
+
+
+def broken(phone: Phone, **streams: FloatArray) -> Phone:
+    """The phone with the values of some streams replaced."""
+    return replace(phone, **{name: AxisSamples(getattr(phone, name).time_s, to) for name, to in streams.items()})
+
+
+def test_a_magnet_at_the_phone_is_no_compass() -> None:
+    phone = walked(0.5, seconds=60.0)
+    late = (phone.magnetometer.time_s - START_S > 30.0)[:, None]
+    magnetised = broken(phone, magnetometer=phone.magnetometer.values + late * np.array([150.0, 0.0, 0.0]))
+    steps = run(magnetised.batch("accelerometer", "gyroscope", "magnetometer"))[0].steps
+    heading = np.array([step.heading_rad for step in steps[5:]])
+    assert np.abs(np.degrees(heading - 0.5)).max() < 5.0
+    told = np.array([math.isfinite(step.magnetic_heading_rad) for step in steps])
+    since_s = np.array([step.time_s - START_S for step in steps])
+    assert told[since_s < 29.0].all()
+    assert not told[since_s > 31.0].any()
+
+
+@pytest.mark.parametrize("compass", [True, False])
+def test_a_gyroscope_that_repeats_itself_gives_way_to_a_compass(compass: bool) -> None:
+    phone = walked(0.5, seconds=40.0, turn_rad_per_s=0.1)
+    rate = phone.gyroscope.values
+    stuck_from = np.searchsorted(phone.gyroscope.time_s, START_S + 20.0)
+    stuck = broken(phone, gyroscope=rate[np.minimum(np.arange(len(rate)), stuck_from)])
+    streams = ("accelerometer", "gyroscope", "magnetometer") if compass else ("accelerometer", "gyroscope")
+    state, steps = initial_pdr_state(), list[Step]()
+    for batch in stuck.batches([START_S + 19.0, START_S + 35.0], *streams):
+        state, moved = advance_pdr(state, batch)
+        steps += moved.steps
+    assert gyroscope_stuck(state.attitude.scalars, state.attitude.rest, state.attitude.magnetic) == compass
+    last = [step for step in steps if step.time_s - START_S > 30.0]
+    expected = np.array([0.5 + 0.1 * (step.time_s - START_S - 2.0) for step in last])
+    if compass:
+        astray_rad = np.array([step.heading_rad for step in last]) - expected
+        assert np.abs(np.remainder(astray_rad + math.pi, math.tau) - math.pi).max() < 0.2
+        assert [step.heading_sigma_rad for step in last] == pytest.approx([attitude.SIGMA_NO_GYRO] * len(last))
+
+
+def test_a_phone_that_lies_still_may_repeat_itself() -> None:
+    time_s = START_S + np.arange(1000) / 50.0
+    lying = broken(
+        sensed(time_s, Rotation.identity(1000), np.zeros((1000, 3))),
+        gyroscope=np.zeros((1000, 3)),
+    )
+    state, _ = advance_pdr(initial_pdr_state(), lying.batch("accelerometer", "gyroscope", "magnetometer"))
+    assert not gyroscope_stuck(state.attitude.scalars, state.attitude.rest, state.attitude.magnetic)
 
 
 def test_a_bias_of_the_gyroscope_is_learnt_while_the_phone_lies_still() -> None:

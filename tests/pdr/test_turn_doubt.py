@@ -1,4 +1,5 @@
-"""A gyroscope is doubted when it and the compass drift apart steadily, and not when the compass is merely wrong."""
+"""A gyroscope is doubted when it and the compass drift apart steadily, and not when the compass is merely wrong; in
+its stead the compass leads."""
 
 from __future__ import annotations
 
@@ -9,22 +10,30 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.observations import Step
-from app.pdr.turn_doubt import MOST_STEPS, SPAN_S, TurnRecord, noted, turns_doubted
+from app.pdr.turn_doubt import COMPASS_SIGMA_RAD, MOST_STEPS, SPAN_S, LedStep, TurnRecord, led, noted, turns_doubted
 
 PERIOD_S = 0.55
 
 
-def walk(seconds: float, bias_rad_per_s: float, noise_rad: float, seed: int, compass: bool = True) -> TurnRecord:
-    """Steps round bends, by a gyroscope with this bias and a compass with this noise."""
+def steps(seconds: float, bias_rad_per_s: float, noise_rad: float, seed: int, compass: bool = True) -> list[Step]:
+    """Round bends, by a gyroscope with this bias and a compass with this noise."""
     rng = np.random.default_rng(seed)
-    record, heading_rad = TurnRecord(), 0.0
+    found, heading_rad = list[Step](), 0.0
     for at_s in np.arange(0.0, seconds, PERIOD_S):
         turn_rad = float(rng.choice([0.0, 0.0, 0.0, 0.8, -0.8]))
         heading_rad += turn_rad
         seen_rad = heading_rad + float(rng.normal(0.0, noise_rad))
         bearing_rad = math.remainder(seen_rad, math.tau) if compass else math.nan
         change_rad = turn_rad + bias_rad_per_s * PERIOD_S
-        record = noted(record, Step(float(at_s), PERIOD_S, 0.7, heading_rad, 0.2, change_rad, bearing_rad))
+        found.append(Step(float(at_s), PERIOD_S, 0.7, heading_rad, 0.2, change_rad, bearing_rad))
+    return found
+
+
+def walk(seconds: float, bias_rad_per_s: float, noise_rad: float, seed: int, compass: bool = True) -> TurnRecord:
+    """The record of these steps."""
+    record = TurnRecord()
+    for step in steps(seconds, bias_rad_per_s, noise_rad, seed, compass):
+        record = noted(record, step)
     return record
 
 
@@ -53,3 +62,27 @@ def test_the_record_is_short_however_long_the_walk() -> None:
     record = walk(300.0, 0.0, 0.1, 1)
     assert len(record.steps) <= MOST_STEPS + 1
     assert record.steps[-1, 0] - record.steps[0, 0] <= SPAN_S + PERIOD_S
+
+
+def test_the_compass_leads_while_the_gyroscope_is_doubted() -> None:
+    walked = steps(40.0, 0.25, 0.0, 3)
+    _, ledby = led(TurnRecord(), walked, turns=True)
+    doubted = [not one.turns for one in ledby]
+    begins = doubted.index(True)
+    assert begins * PERIOD_S < SPAN_S
+    assert all(doubted[begins:])
+    assert [one.afresh for one in ledby] == [k == begins for k in range(len(ledby))]
+    assert [one.step for one in ledby[:begins]] == walked[:begins]
+    for before, now, one in zip(walked[begins - 1 :], walked[begins:], ledby[begins:], strict=False):
+        assert one.step.heading_rad == now.magnetic_heading_rad
+        assert one.step.heading_sigma_rad == COMPASS_SIGMA_RAD
+        turned_rad = math.remainder(now.magnetic_heading_rad - before.magnetic_heading_rad, math.tau)
+        assert math.isclose(one.step.heading_change_rad, turned_rad, abs_tol=1e-9)
+
+
+def test_a_gyroscope_that_is_right_leads_or_there_is_none() -> None:
+    walked = steps(40.0, 0.0, 0.2, 3)
+    for turns in (True, False):
+        record, ledby = led(TurnRecord(), walked[:30], turns)
+        _, after = led(record, walked[30:], turns)
+        assert [*ledby, *after] == [LedStep(step, turns) for step in walked]
