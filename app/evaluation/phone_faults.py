@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from app.estimation.arrays import FloatArray
 from app.evaluation.faulty_walk import FAR_M, Dice, Elsewhere, FaultyWalk, from_middle, middle_s, with_trace
@@ -43,6 +44,27 @@ def magnet(walk: RecordedWalk, elsewhere: Elsewhere, dice: Dice, field_ut: float
     field = field_ut * direction / np.linalg.norm(direction)
     shifted = _shifted(walk.trace.magnetometer, field, middle_s(walk))
     return from_middle(with_trace(walk, magnetometer=shifted, rotation_vector=AxisSamples()))
+
+
+def held_across(walk: RecordedWalk, elsewhere: Elsewhere, dice: Dice) -> FaultyWalk:
+    """The phone is held across, to either side, or the wrong way round: all that it senses is turned about its z axis.
+
+    So is every phone in a building whose plan is not drawn north up.
+    """
+    turned = Rotation.from_euler("z", dice.choice([-90.0, 90.0, 180.0]), degrees=True)
+    trace = walk.trace
+    sensed = {
+        name: AxisSamples(getattr(trace, name).time_s, turned.inv().apply(getattr(trace, name).values))
+        for name in ("accelerometer", "gyroscope", "magnetometer")
+        if len(getattr(trace, name).time_s)
+    }
+    vector = trace.rotation_vector
+    if len(vector.time_s):
+        w = np.sqrt(np.clip(1.0 - np.square(vector.values).sum(axis=1, keepdims=True), 0.0, 1.0))
+        held = Rotation.from_quat(np.hstack([vector.values, w])) * turned
+        sensed["rotation_vector"] = AxisSamples(vector.time_s, held.as_quat(canonical=True)[:, :3])
+    first_s, last_s = trace.waypoint_time_s[[0, -1]]
+    return FaultyWalk(with_trace(walk, **sensed), float(first_s), float(last_s))
 
 
 def clock_jump(walk: RecordedWalk, elsewhere: Elsewhere, dice: Dice, jump_s: float = 30.0) -> FaultyWalk:

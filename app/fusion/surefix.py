@@ -19,6 +19,7 @@ from app.fusion.access_point_watch import AccessPointWatch, excluded, not_relied
 from app.fusion.batch_events import Event, events, knows_turns
 from app.fusion.beacon_fixes import with_beacons
 from app.fusion.cloud_place import heading_of, place, scale_of, speed_mps
+from app.fusion.facing import faced, placed
 from app.fusion.fix_assembly import Estimate, Phases, Walker, assembled_fix, no_fix
 from app.fusion.hearing import after, match_heard
 from app.fusion.hypotheses import Rivalry, exchanged, first_is_back, judged, rival_wins
@@ -81,6 +82,8 @@ def _moved(state: SurefixState, event: Event, site: Site, settings: SurefixSetti
     """Steps and time that passed since the event before, for both accounts."""
     track, rivalry, space = state.track, state.rivalry, _space(state, site)
     record, steps = led(state.turns, event.moved.steps, knows_turns(event))
+    facing, steps = faced(state.facing, steps)
+    state = replace(state, turns=record, facing=facing, step_count=state.step_count + len(steps))
     if track is None and state.start.start is not None and event.time_s is not None:
         prior, variance_m2 = state.start.start, START_SIGMA_M**2
         at_m = np.array([prior.x_m, prior.y_m])
@@ -97,10 +100,7 @@ def _moved(state: SurefixState, event: Event, site: Site, settings: SurefixSetti
         rival = walked(rivalry.rival)
         way_m = scale_of(rival) * sum(step.length_m for step in event.moved.steps)
         rivalry = replace(rivalry, rival=rival, walked_m=rivalry.walked_m + way_m)
-    count = state.step_count + len(steps)
-    return replace(
-        state, pdr=event.pdr, time_s=event.time_s, track=track, rivalry=rivalry, turns=record, step_count=count
-    )
+    return replace(state, pdr=event.pdr, time_s=event.time_s, track=track, rivalry=rivalry)
 
 
 def _space(state: SurefixState, site: Site) -> FreeSpace:
@@ -144,11 +144,14 @@ def _scanned(
     fix = CloudFix(place_m, own_m2, lasting_m2, scan.time_s, elsewhere_m=elsewhere_m)
     # a track that beacons began is no better than the first scan of WiFi
     by_beacons = state.radio_s is None and not state.prior_only
+    believed = not state.prior_only and (state.rivalry is None or not state.rivalry.fault)
+    facing, turned = placed(state.facing, place_m, believed, settings.facing)
     state = replace(state, floor=floor, storeys=storeys, radio_s=scan.time_s, otherwise_m=found.otherwise_m)
+    state = replace(state, facing=facing)
     if changed and storeys.changing and state.track is not None:
         state, changed = replace(state, track=landed(state.track, settings.stairs_sigma_m)), False
     said = fix.said(floor.floor, match.signal_distance)
-    if state.track is None or changed or by_beacons:
+    if state.track is None or changed or by_beacons or turned:
         evidence.append(said)
         track = beginning(fix, now_s, _space(state, site), settings, state.track)
         return replace(state, track=track, rivalry=None, phases=Phases(excluded=foreign_told(found)))

@@ -11,6 +11,7 @@ from app.estimation.arrays import FloatArray
 from app.fusion.access_point_watch import AccessPointWatchSettings
 from app.fusion.cloud_place import Place
 from app.fusion.cloud_settings import CloudSettings
+from app.fusion.facing import FacingSettings
 from app.fusion.hearing import HearingSettings
 from app.fusion.hypotheses import HypothesisSettings
 from app.integrity.protection_level import tail_at
@@ -25,6 +26,7 @@ class SurefixSettings:
     cloud : how steps move the track, and walls stop it.
     access_points : how faulty ones are found and left out.
     hearing : when a phone is deaf to some.
+    facing : when it is held otherwise than the walker goes.
     lasting : share of a fix's variance that stays the same for as long as the surroundings do.
     distance_weight : as DISTANCE_WEIGHT of app/wifi/fix_calibration.py.
     least_known : access points known to the map with which a scan is usable.
@@ -47,6 +49,7 @@ class SurefixSettings:
     hypotheses: HypothesisSettings = field(default_factory=HypothesisSettings)
     access_points: AccessPointWatchSettings = field(default_factory=AccessPointWatchSettings)
     hearing: HearingSettings = field(default_factory=HearingSettings)
+    facing: FacingSettings = field(default_factory=FacingSettings)
     lasting: float = 0.5
     distance_weight: float = DISTANCE_WEIGHT
     least_known: int = 3

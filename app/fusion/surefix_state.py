@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from app.estimation.arrays import FloatArray
 from app.fusion.access_point_watch import AccessPointWatch
 from app.fusion.beacon_listening import BeaconEar
+from app.fusion.facing import FacingRecord
 from app.fusion.fix_assembly import Phases
 from app.fusion.hearing import Hearing
 from app.fusion.hypotheses import Rivalry
@@ -31,7 +32,7 @@ class SurefixState:
     contradicts.  prior_only : the track began at the phone's `start`, and no scan has borne it out yet.
     phases : what the newest scan's test found.  storeys : what the barometer says of the floor.
     ear : what was heard of Bluetooth beacons.  watch : access points that are not relied on.
-    hearing : those that the phone has heard.
+    hearing : those that the phone has heard.  turns : whether its gyroscope can be believed.  facing : how it is held.
     """
 
     start: SessionStart
@@ -44,6 +45,7 @@ class SurefixState:
     prior_only: bool = False
     radio_s: float | None = None
     turns: TurnRecord = field(default_factory=TurnRecord)
+    facing: FacingRecord = field(default_factory=FacingRecord)
     step_count: int = 0
     storeys: Storeys = field(default_factory=Storeys)
     ear: BeaconEar = field(default_factory=BeaconEar)

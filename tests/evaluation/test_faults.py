@@ -6,7 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
+from app.estimation.arrays import FloatArray
 from app.evaluation.campaign import read_walks
 from app.evaluation.faults import FAULTS
 from app.evaluation.faulty_walk import FAR_M, Elsewhere, FaultyWalk, elsewhere_of
@@ -249,6 +251,32 @@ def test_a_wrong_start_is_forty_metres_off(walks: list[RecordedWalk], elsewhere:
     x_m, y_m = walks[0].trace.waypoint_xy_m[0]
     assert all(s is not None and math.hypot(s.x_m - x_m, s.y_m - y_m) == pytest.approx(FAR_M) for s in starts)
     assert starts[0] != starts[1]
+
+
+def test_a_phone_that_is_held_across_points_elsewhere_and_feels_the_same(
+    walks: list[RecordedWalk], elsewhere: Elsewhere
+) -> None:
+    angles = set()
+    for seed in range(12):
+        turned = _inject("held_across", walks[0], elsewhere, seed)
+        before, after = walks[0].trace, turned.walk.trace
+        for name in ("accelerometer", "gyroscope", "magnetometer"):
+            vectors, same = getattr(after, name).values, getattr(before, name).values
+            assert np.linalg.norm(vectors, axis=1) == pytest.approx(np.linalg.norm(same, axis=1))
+            assert vectors[:, 2] == pytest.approx(same[:, 2])
+        held, was = (_attitudes(trace.rotation_vector.values) for trace in (after, before))
+        # what is felt and how it is held agree: the force in the frame of the building is as before
+        count = min(len(held), len(before.accelerometer.time_s))
+        force = held[:count].apply(after.accelerometer.values[:count])
+        assert force == pytest.approx(was[:count].apply(before.accelerometer.values[:count]), abs=1e-6)
+        angles.add(round(float(np.degrees((was[:1].inv() * held[:1]).as_rotvec()[0, 2]))))
+        assert turned.begin_s == before.waypoint_time_s[0]
+    assert {abs(angle) for angle in angles} == {90, 180}
+
+
+def _attitudes(vector: FloatArray) -> Rotation:
+    w = np.sqrt(np.clip(1.0 - np.square(vector).sum(axis=1, keepdims=True), 0.0, 1.0))
+    return Rotation.from_quat(np.hstack([vector, w]))
 
 
 def test_faults_of_a_sensor_begin_in_the_middle_and_not_before(walks: list[RecordedWalk], elsewhere: Elsewhere) -> None:
