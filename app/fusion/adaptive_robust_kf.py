@@ -15,7 +15,8 @@ import numpy as np
 from app.estimation.arrays import FloatArray
 from app.floorplan.openness import Surroundings, surroundings_of
 from app.fusion.adaptive_robust_settings import AdaptiveRobustSettings
-from app.fusion.batch_events import Event, events, knows_turns
+from app.fusion.advancing import Findings, advanced
+from app.fusion.batch_events import Event, knows_turns
 from app.fusion.error_track import ErrorTrack, aged, begun, headed, place, stepped
 from app.fusion.fix_assembly import Estimate, Phases, Walker, assembled_fix, no_fix
 from app.fusion.floor_choice import chosen_floor
@@ -25,7 +26,7 @@ from app.fusion.robust_measuring import error_variance_m2, process_noise, robust
 from app.fusion.scan_matching import match_scan, said
 from app.fusion.state_codec import storable
 from app.integrity.fault_detection import streak_after
-from app.observations import Batch, Fix, InnovationCheck, Motion, Position, RadioFix, Step, WifiScan
+from app.observations import Batch, Fix, InnovationCheck, Motion, Position, WifiScan
 from app.pdr.step_length import linear_length_m, swing_of_mps2
 from app.pdr.tracker import PdrOutput, PdrState, initial_pdr_state
 from app.pdr.walking_context import WalkingContext, context_after
@@ -70,17 +71,14 @@ def advance(
     state: AdaptiveRobustState, batch: Batch, site: Site, settings: AdaptiveRobustSettings
 ) -> tuple[AdaptiveRobustState, Fix]:
     """The state after a batch, and the best estimate at its end."""
-    checks, evidence = list[InnovationCheck](), list[Step | RadioFix]()
-    moved: PdrOutput | None = None
-    for event in events(state.pdr, state.time_s, batch):
-        moved = event.moved
-        evidence += moved.steps
+
+    def after(state: AdaptiveRobustState, event: Event, findings: Findings) -> AdaptiveRobustState:
+        findings.evidence.extend(event.moved.steps)
         state = _moved(state, event, settings)
-        if event.scan is not None:
-            state = _scanned(state, event.scan, moved, site, settings, checks, evidence)
-    if moved is None:
-        raise RuntimeError("a batch has an end")
-    return state, replace(_fix(state, moved, settings, tuple(checks)), evidence=tuple(evidence))
+        return state if event.scan is None else _scanned(state, event.scan, event.moved, site, settings, findings)
+
+    state, moved, findings = advanced(state, batch, after)
+    return state, replace(_fix(state, moved, settings, tuple(findings.checks)), evidence=tuple(findings.evidence))
 
 
 def _moved(state: AdaptiveRobustState, event: Event, settings: AdaptiveRobustSettings) -> AdaptiveRobustState:
@@ -117,8 +115,7 @@ def _scanned(
     moved: PdrOutput,
     site: Site,
     settings: AdaptiveRobustSettings,
-    checks: list[InnovationCheck],
-    evidence: list[Step | RadioFix],
+    findings: Findings,
 ) -> AdaptiveRobustState:
     match = match_scan(site.radio_map, scan, settings.matcher, settings.least_known)
     if match is None or site.radio_map is None or state.time_s is None:
@@ -134,12 +131,12 @@ def _scanned(
     state = replace(state, floor=floor, radio_s=scan.time_s, surroundings=surroundings)
     variance_m2, track = error_variance_m2(match, settings), state.track
     if track is None or changed:
-        evidence.append(said(scan, floor.floor, match, variance_m2, fits=True))
+        findings.evidence.append(said(scan, floor.floor, match, variance_m2, fits=True))
         return _begun(state, match.xy_m, variance_m2, settings)
 
     updated = robust_update(track, scan.time_s, match.xy_m, variance_m2, moved, settings)
-    checks.append(updated.check)
-    evidence.append(said(scan, floor.floor, match, variance_m2, not updated.phases.if2))
+    findings.checks.append(updated.check)
+    findings.evidence.append(said(scan, floor.floor, match, variance_m2, not updated.phases.if2))
     streak = streak_after(state.streak, updated.phases.if2)
     fault = streak >= settings.fault_after
     apart_m = updated.check.innovation.copy() if updated.phases.if2 else None

@@ -14,6 +14,7 @@ from dataclasses import replace
 
 from app.estimation.arrays import FloatArray, IntArray
 from app.floorplan.free_space import FreeSpace
+from app.fusion.advancing import Findings
 from app.fusion.beacon_listening import listened
 from app.fusion.fix_assembly import Phases
 from app.fusion.interface import Site
@@ -22,7 +23,7 @@ from app.fusion.storeys import heard
 from app.fusion.surefix_measuring import CloudFix, TestedFix, beginning, tested
 from app.fusion.surefix_settings import SurefixSettings
 from app.fusion.surefix_state import SurefixState
-from app.observations import BluetoothScan, Excluded, InnovationCheck, RadioFix, Step
+from app.observations import BluetoothScan, Excluded
 from app.pdr.tracker import PdrOutput
 from app.wifi.beacons import BEACON_MATCH
 from app.wifi.fix_calibration import BEACON_DEFAULT, calibration_of
@@ -40,8 +41,7 @@ def with_beacons(
     moved: PdrOutput,
     site: Site,
     settings: SurefixSettings,
-    checks: list[InnovationCheck],
-    evidence: list[Step | RadioFix],
+    findings: Findings,
 ) -> SurefixState:
     """The state after beacons were heard; the same state on a map that knows none."""
     if site.radio_map is None or site.radio_map.beacons is None or state.time_s is None:
@@ -73,11 +73,11 @@ def with_beacons(
     said = replace(fix, own_m2=caution * fix.own_m2).said(floor.floor, match.signal_distance)
     space = site.space(floor.floor)
     if state.track is None or changed:
-        evidence.append(said)
+        findings.evidence.append(said)
         return _begun(state, fix, space, settings, caution, Phases())
     first = tested(state.track, fix, moved, space, settings, caution)
-    checks.append(first.check)
-    evidence.append(replace(said, fits=first.fits))
+    findings.checks.append(first.check)
+    findings.evidence.append(replace(said, fits=first.fits))
     if alone and state.rivalry is None:
         return _carried(state, first, fix, space, settings, caution)
     return _pulled(state, first, fix, moved, space, settings, caution)

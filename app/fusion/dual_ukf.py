@@ -14,7 +14,8 @@ import numpy as np
 
 from app.estimation.arrays import FloatArray
 from app.fusion import walking_ukf as ukf
-from app.fusion.batch_events import Event, events, knows_turns
+from app.fusion.advancing import Findings, advanced
+from app.fusion.batch_events import Event, knows_turns
 from app.fusion.carried_position import area_match, moved_on
 from app.fusion.carried_steps import Carried, CarriedStep, in_frame, reversed_by, taken, turned_round
 from app.fusion.dual_settings import DualSettings
@@ -71,16 +72,13 @@ def start(session: SessionStart) -> DualState:
 
 def advance(state: DualState, batch: Batch, site: Site, settings: DualSettings) -> tuple[DualState, Fix]:
     """The state after a batch, and the best estimate at its end."""
-    checks, evidence = list[InnovationCheck](), list[Step | RadioFix]()
-    moved: PdrOutput | None = None
-    for event in events(state.pdr, state.time_s, batch):
-        moved = event.moved
-        state = _moved(state, event, batch, settings, evidence)
-        if event.scan is not None:
-            state = _scanned(state, event.scan, moved, site, settings, checks, evidence)
-    if moved is None:
-        raise RuntimeError("a batch has an end")
-    return state, replace(_fix(state, moved, settings, tuple(checks)), evidence=tuple(evidence))
+
+    def after(state: DualState, event: Event, findings: Findings) -> DualState:
+        state = _moved(state, event, batch, settings, findings.evidence)
+        return state if event.scan is None else _scanned(state, event.scan, event.moved, site, settings, findings)
+
+    state, moved, findings = advanced(state, batch, after)
+    return state, replace(_fix(state, moved, settings, tuple(findings.checks)), evidence=tuple(findings.evidence))
 
 
 def _moved(
@@ -145,8 +143,7 @@ def _scanned(
     moved: PdrOutput,
     site: Site,
     settings: DualSettings,
-    checks: list[InnovationCheck],
-    evidence: list[Step | RadioFix],
+    findings: Findings,
 ) -> DualState:
     if site.radio_map is None or state.time_s is None or (state.radio_s is not None and not settings.use_scans):
         return state
@@ -164,7 +161,7 @@ def _scanned(
     noise, bias_m2 = _noise_of(match, settings)
     heard = RadioFix(scan.time_s, floor.floor, match.xy_m, noise, bias_m2, match.signal_distance, fits=True)
     if state.track is None or changed:
-        evidence.append(heard)
+        findings.evidence.append(heard)
         track = begun(match.xy_m, noise, bias_m2, now_s, settings.track, state.track)
         return replace(state, track=track, search=HeadingSearch(), streak=0, phases=Phases())
 
@@ -178,8 +175,8 @@ def _scanned(
     check = InnovationCheck(
         "wifi", scan.time_s, expectation[0], tested.sigma, tested.statistic, tested.threshold, rejected, not rejected
     )
-    checks.append(check)
-    evidence.append(replace(heard, fits=not rejected))
+    findings.checks.append(check)
+    findings.evidence.append(replace(heard, fits=not rejected))
     streak = streak_after(state.streak, tested.if2)
     fault = is_fault(streak, settings.monitor)
     phases = phases_of(tested, check, fault)

@@ -14,7 +14,8 @@ import numpy as np
 
 from app.estimation.arrays import FloatArray
 from app.fusion import walking_ukf as ukf
-from app.fusion.batch_events import Event, events, knows_turns
+from app.fusion.advancing import Findings, advanced
+from app.fusion.batch_events import Event, knows_turns
 from app.fusion.fix_assembly import Estimate, Phases, Walker, assembled_fix, no_fix
 from app.fusion.floor_choice import chosen_floor
 from app.fusion.heading_search import HeadingSearch, sought, walked
@@ -33,7 +34,7 @@ from app.fusion.walking_track import (
     unbiased,
 )
 from app.integrity.fault_detection import is_fault, streak_after
-from app.observations import Batch, Fix, InnovationCheck, Position, RadioFix, Step, WifiScan
+from app.observations import Batch, Fix, InnovationCheck, Position, RadioFix, WifiScan
 from app.pdr.tracker import PdrOutput, PdrState, initial_pdr_state
 from app.wifi.floor_decision import FloorBelief
 
@@ -70,17 +71,14 @@ def start(session: SessionStart) -> IntegrityState:
 
 def advance(state: IntegrityState, batch: Batch, site: Site, settings: IntegritySettings) -> tuple[IntegrityState, Fix]:
     """The state after a batch, and the best estimate at its end."""
-    checks, evidence = list[InnovationCheck](), list[Step | RadioFix]()
-    moved: PdrOutput | None = None
-    for event in events(state.pdr, state.time_s, batch):
-        moved = event.moved
-        evidence += moved.steps
-        state = _moved(state, event, settings, checks)
-        if event.scan is not None:
-            state = _scanned(state, event.scan, moved, site, settings, checks, evidence)
-    if moved is None:
-        raise RuntimeError("a batch has an end")
-    return state, replace(_fix(state, moved, settings, tuple(checks)), evidence=tuple(evidence))
+
+    def after(state: IntegrityState, event: Event, findings: Findings) -> IntegrityState:
+        findings.evidence.extend(event.moved.steps)
+        state = _moved(state, event, settings, findings.checks)
+        return state if event.scan is None else _scanned(state, event.scan, event.moved, site, settings, findings)
+
+    state, moved, findings = advanced(state, batch, after)
+    return state, replace(_fix(state, moved, settings, tuple(findings.checks)), evidence=tuple(findings.evidence))
 
 
 def _moved(
@@ -111,8 +109,7 @@ def _scanned(
     moved: PdrOutput,
     site: Site,
     settings: IntegritySettings,
-    checks: list[InnovationCheck],
-    evidence: list[Step | RadioFix],
+    findings: Findings,
 ) -> IntegrityState:
     if site.radio_map is None or (state.radio_s is not None and not settings.use_scans):
         return state
@@ -131,7 +128,7 @@ def _scanned(
     noise, bias_m2 = noise_of(match, settings)
     heard = RadioFix(scan.time_s, floor.floor, match.xy_m, noise, bias_m2, match.signal_distance, fits=True)
     if state.track is None or changed:
-        evidence.append(heard)
+        findings.evidence.append(heard)
         track = begun(match.xy_m, noise, bias_m2, now_s, settings.track, state.track)
         return replace(state, track=track, search=HeadingSearch(), streak=0, apart_m=None, phases=Phases())
 
@@ -141,8 +138,8 @@ def _scanned(
     tested, check = measure(
         track, "wifi", scan.time_s, BY_WIFI, match.xy_m, noise, track.mean[:3], ahead_m(track, moved), settings
     )
-    checks.append(check)
-    evidence.append(replace(heard, fits=not tested.if2))
+    findings.checks.append(check)
+    findings.evidence.append(replace(heard, fits=not tested.if2))
     streak = streak_after(state.streak, tested.if2)
     fault = is_fault(streak, settings.monitor)
     apart_m = check.innovation.copy() if tested.if2 else None

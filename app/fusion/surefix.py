@@ -16,7 +16,8 @@ import numpy as np
 
 from app.floorplan.free_space import NO_PLAN, FreeSpace
 from app.fusion.access_point_watch import AccessPointWatch, excluded, not_relied_on, trusted, watched
-from app.fusion.batch_events import Event, events, knows_turns
+from app.fusion.advancing import Findings, advanced
+from app.fusion.batch_events import Event, knows_turns
 from app.fusion.beacon_fixes import with_beacons
 from app.fusion.cloud_place import heading_of, place, scale_of, speed_mps
 from app.fusion.facing import faced, placed
@@ -29,7 +30,7 @@ from app.fusion.storeys import climbed, heard
 from app.fusion.surefix_measuring import CloudFix, TestedFix, beginning, foreign_told, once_each, phases_of, tested
 from app.fusion.surefix_settings import SurefixSettings
 from app.fusion.surefix_state import SurefixState
-from app.observations import Batch, Fix, InnovationCheck, Position, RadioFix, Step, WifiScan
+from app.observations import Batch, Fix, InnovationCheck, Position, WifiScan
 from app.pdr.tracker import PdrOutput, initial_pdr_state
 from app.pdr.turn_doubt import led
 from app.wifi.fix_calibration import calibration_of
@@ -43,11 +44,9 @@ def start(session: SessionStart) -> SurefixState:
 
 def advance(state: SurefixState, batch: Batch, site: Site, settings: SurefixSettings) -> tuple[SurefixState, Fix]:
     """The state after a batch, and the best estimate at its end."""
-    checks, evidence = list[InnovationCheck](), list[Step | RadioFix]()
-    moved: PdrOutput | None = None
-    for event in events(state.pdr, state.time_s, batch, bluetooth=True):
-        moved = event.moved
-        evidence += moved.steps
+
+    def after(state: SurefixState, event: Event, findings: Findings) -> SurefixState:
+        findings.evidence.extend(event.moved.steps)
         state = _moved(state, event, site, settings)
         storeys, floor, moved_on = climbed(state.storeys, state.floor, batch.barometer, event.time_s, site)
         state = replace(state, storeys=storeys, floor=floor)
@@ -55,13 +54,14 @@ def advance(state: SurefixState, batch: Batch, site: Site, settings: SurefixSett
             state = replace(state, track=landed(state.track, settings.stairs_sigma_m))
         if event.scan is not None:
             watch, scan = trusted(state.watch, event.scan, site, settings.access_points)
-            state = _scanned(replace(state, watch=watch), scan, moved, site, settings, checks, evidence)
-            state = _watched(state, event.scan, moved, site, settings)
+            state = _scanned(replace(state, watch=watch), scan, event.moved, site, settings, findings)
+            state = _watched(state, event.scan, event.moved, site, settings)
         elif event.beacons is not None:
-            state = with_beacons(state, event.beacons, moved, site, settings, checks, evidence)
-    if moved is None:
-        raise RuntimeError("a batch has an end")
-    return state, replace(_fix(state, moved, site, settings, tuple(checks)), evidence=tuple(evidence))
+            state = with_beacons(state, event.beacons, event.moved, site, settings, findings)
+        return state
+
+    state, moved, findings = advanced(state, batch, after, bluetooth=True)
+    return state, replace(_fix(state, moved, site, settings, tuple(findings.checks)), evidence=tuple(findings.evidence))
 
 
 def _watched(
@@ -116,8 +116,7 @@ def _scanned(
     moved: PdrOutput,
     site: Site,
     settings: SurefixSettings,
-    checks: list[InnovationCheck],
-    evidence: list[Step | RadioFix],
+    findings: Findings,
 ) -> SurefixState:
     now_s = state.time_s
     if site.radio_map is None or now_s is None:
@@ -152,13 +151,13 @@ def _scanned(
         state, changed = replace(state, track=landed(state.track, settings.stairs_sigma_m)), False
     said = fix.said(floor.floor, match.signal_distance)
     if state.track is None or changed or by_beacons or turned:
-        evidence.append(said)
+        findings.evidence.append(said)
         track = beginning(fix, now_s, _space(state, site), settings, state.track)
         return replace(state, track=track, rivalry=None, phases=Phases(excluded=foreign_told(found)))
 
     first = tested(state.track, fix, moved, _space(state, site), settings)
-    checks.append(first.check)
-    evidence.append(replace(said, fits=first.fits))
+    findings.checks.append(first.check)
+    findings.evidence.append(replace(said, fits=first.fits))
     limits, explained = settings.hypotheses, False
     if not first.fits:
         here_m = place(state.track, moved).xy_m

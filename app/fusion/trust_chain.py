@@ -12,7 +12,8 @@ from functools import partial
 import numpy as np
 
 from app.estimation.arrays import FloatArray, IntArray
-from app.fusion.batch_events import Event, events
+from app.fusion.advancing import Findings, advanced
+from app.fusion.batch_events import Event
 from app.fusion.chain import Chain, aged, ahead_m, begun, fused, north_found, stepped
 from app.fusion.fix_assembly import Estimate, Phases, Walker, assembled_fix, no_fix
 from app.fusion.floor_choice import chosen_floor
@@ -22,7 +23,7 @@ from app.fusion.scan_watch import watched
 from app.fusion.state_codec import storable
 from app.fusion.trust_chain_settings import Fusion, TrustChainSettings
 from app.fusion.trust_state import Trust, state_after, weight_of, within_trusted_area
-from app.observations import Batch, Fix, InnovationCheck, Motion, Position, RadioFix, Step, WifiScan
+from app.observations import Batch, Fix, InnovationCheck, Motion, Position, WifiScan
 from app.pdr.motion_state import ShakingState, advance_shaking
 from app.pdr.tracker import PdrOutput, PdrState, initial_pdr_state
 from app.wifi.floor_decision import FloorBelief
@@ -67,19 +68,16 @@ def advance(
     state: TrustChainState, batch: Batch, site: Site, settings: TrustChainSettings
 ) -> tuple[TrustChainState, Fix]:
     """The state after a batch, and the best estimate at its end."""
-    checks, evidence = list[InnovationCheck](), list[Step | RadioFix]()
-    moved: PdrOutput | None = None
-    for event in events(state.pdr, state.time_s, batch):
-        moved = event.moved
-        evidence += moved.steps
+
+    def after(state: TrustChainState, event: Event, findings: Findings) -> TrustChainState:
+        findings.evidence.extend(event.moved.steps)
         until_s = None if event.scan is None else event.scan.time_s
         state = replace(state, shaking=advance_shaking(state.shaking, batch, until_s))
         state = _moved(state, event, settings)
-        if event.scan is not None:
-            state = _scanned(state, event.scan, moved, site, settings, checks, evidence)
-    if moved is None:
-        raise RuntimeError("a batch has an end")
-    return state, replace(_fix(state, moved, settings, tuple(checks)), evidence=tuple(evidence))
+        return state if event.scan is None else _scanned(state, event.scan, event.moved, site, settings, findings)
+
+    state, moved, findings = advanced(state, batch, after)
+    return state, replace(_fix(state, moved, settings, tuple(findings.checks)), evidence=tuple(findings.evidence))
 
 
 def _moved(state: TrustChainState, event: Event, settings: TrustChainSettings) -> TrustChainState:
@@ -105,8 +103,7 @@ def _scanned(
     moved: PdrOutput,
     site: Site,
     settings: TrustChainSettings,
-    checks: list[InnovationCheck],
-    evidence: list[Step | RadioFix],
+    findings: Findings,
 ) -> TrustChainState:
     radio_map, now_s = site.radio_map, state.time_s
     if radio_map is None or now_s is None:
@@ -126,14 +123,14 @@ def _scanned(
     state = replace(state, floor=floor, radio_s=scan.time_s)
     chain = state.chain
     if chain is None or changed:
-        evidence.append(said(scan, floor.floor, match, HEAVY_TAILS * settings.fix_sigma_m**2, fits=True))
+        findings.evidence.append(said(scan, floor.floor, match, HEAVY_TAILS * settings.fix_sigma_m**2, fits=True))
         return replace(state, chain=begun(match.xy_m, settings.fix_sigma_m, now_s), streak=0, phases=Phases())
 
     steps_m = chain.at_m + ahead_m(chain, moved)
     spread_m2 = (chain.sigma_m**2 + settings.fix_sigma_m**2) * np.eye(2)
     seen = watched(scan.time_s, match.xy_m - steps_m, spread_m2, state.streak, settings.watch)
-    checks.append(seen.check)
-    evidence.append(said(scan, floor.floor, match, HEAVY_TAILS * settings.fix_sigma_m**2, seen.passed))
+    findings.checks.append(seen.check)
+    findings.evidence.append(said(scan, floor.floor, match, HEAVY_TAILS * settings.fix_sigma_m**2, seen.passed))
     if seen.fault:
         chain = begun(match.xy_m, settings.fix_sigma_m, now_s)
         return replace(state, chain=chain, streak=0, phases=seen.phases)

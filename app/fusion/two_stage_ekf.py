@@ -14,7 +14,8 @@ import numpy as np
 
 from app.estimation.arrays import FloatArray
 from app.fusion import position_ekf as ekf
-from app.fusion.batch_events import Event, events, knows_turns
+from app.fusion.advancing import Findings, advanced
+from app.fusion.batch_events import Event, knows_turns
 from app.fusion.fix_assembly import Estimate, Phases, Walker, assembled_fix, no_fix
 from app.fusion.floor_choice import chosen_floor
 from app.fusion.heading_search import HeadingSearch, walked
@@ -26,7 +27,7 @@ from app.fusion.state_codec import storable
 from app.fusion.two_stage_measuring import after_direction, after_step, sought
 from app.fusion.two_stage_settings import TwoStageSettings
 from app.fusion.wifi_direction import FIXES
-from app.observations import Batch, Fix, InnovationCheck, Motion, Position, RadioFix, Step, WifiScan
+from app.observations import Batch, Fix, InnovationCheck, Motion, Position, WifiScan
 from app.pdr.attitude_ekf import EulerState, advance_attitude
 from app.pdr.tracker import PdrOutput, PdrState, initial_pdr_state
 from app.pdr.turn_detection import last_turn_s, straight_since
@@ -76,19 +77,16 @@ def start(session: SessionStart) -> TwoStageState:
 
 def advance(state: TwoStageState, batch: Batch, site: Site, settings: TwoStageSettings) -> tuple[TwoStageState, Fix]:
     """The state after a batch, and the best estimate at its end."""
-    checks, evidence = list[InnovationCheck](), list[Step | RadioFix]()
-    moved: PdrOutput | None = None
-    for event in events(state.pdr, state.time_s, batch):
-        moved = event.moved
-        evidence += moved.steps
+
+    def after(state: TwoStageState, event: Event, findings: Findings) -> TwoStageState:
+        findings.evidence.extend(event.moved.steps)
         until_s = None if event.scan is None else event.scan.time_s
         state = replace(state, attitude=advance_attitude(state.attitude, batch, settings.attitude, until_s))
-        state = _moved(state, event, settings, checks)
-        if event.scan is not None:
-            state = _scanned(state, event.scan, moved, site, settings, checks, evidence)
-    if moved is None:
-        raise RuntimeError("a batch has an end")
-    return state, replace(_fix(state, moved, settings, tuple(checks)), evidence=tuple(evidence))
+        state = _moved(state, event, settings, findings.checks)
+        return state if event.scan is None else _scanned(state, event.scan, event.moved, site, settings, findings)
+
+    state, moved, findings = advanced(state, batch, after)
+    return state, replace(_fix(state, moved, settings, tuple(findings.checks)), evidence=tuple(findings.evidence))
 
 
 def _moved(
@@ -124,8 +122,7 @@ def _scanned(
     moved: PdrOutput,
     site: Site,
     settings: TwoStageSettings,
-    checks: list[InnovationCheck],
-    evidence: list[Step | RadioFix],
+    findings: Findings,
 ) -> TwoStageState:
     if site.radio_map is None or state.time_s is None or (state.radio_s is not None and not settings.use_scans):
         return state
@@ -137,14 +134,14 @@ def _scanned(
         return state
     state = replace(state, radio_s=scan.time_s)
     if track is None or floor.floor != before:
-        evidence.append(said(scan, floor.floor, match, HEAVY_TAILS * settings.error_m2, fits=True))
+        findings.evidence.append(said(scan, floor.floor, match, HEAVY_TAILS * settings.error_m2, fits=True))
         return _begun(state, scan, match, Phases(), settings)
     xy_m, jacobian = ekf.place(track, moved)
     innovation = match.xy_m - xy_m
     spread = jacobian @ track.covariance @ jacobian.T + settings.error_m2 * np.eye(2)
     seen = watched(scan.time_s, innovation, spread, state.streak, settings.watch)
-    checks.append(seen.check)
-    evidence.append(said(scan, floor.floor, match, HEAVY_TAILS * settings.error_m2, seen.passed))
+    findings.checks.append(seen.check)
+    findings.evidence.append(said(scan, floor.floor, match, HEAVY_TAILS * settings.error_m2, seen.passed))
     if seen.fault:
         return _begun(state, scan, match, seen.phases, settings)
     state = replace(state, streak=seen.streak, phases=seen.phases)
@@ -156,7 +153,7 @@ def _scanned(
         track, north = sought(track, state.north)
         return replace(state, track=track, fixes=fixes, north=north)
     if settings.use_direction and straight_since(state.turned_s, float(fixes[0, 0])):
-        track = after_direction(track, fixes[:, 1:], scan.time_s, settings, checks)
+        track = after_direction(track, fixes[:, 1:], scan.time_s, settings, findings.checks)
     return replace(state, track=track, fixes=fixes)
 
 
