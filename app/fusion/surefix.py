@@ -33,7 +33,7 @@ from app.fusion.surefix_state import SurefixState
 from app.observations import Batch, Fix, InnovationCheck, Position, WifiScan
 from app.pdr.tracker import PdrOutput, initial_pdr_state
 from app.pdr.turn_doubt import led
-from app.wifi.fix_calibration import calibration_of
+from app.wifi.fix_calibration import DEFAULT, calibration_of
 from app.wifi.readings import is_news
 
 
@@ -217,19 +217,19 @@ def _fix(
         walker = Walker(None, None, state.step_count, moved.motion, moved.carrying)
         return no_fix(state.start, state.time_s, walker)
     walker = Walker(heading_of(track), speed_mps(track, moved), state.step_count, moved.motion, moved.carrying)
-    here, reach = place(track, moved), 1.0 if site.radio_map is None else calibration_of(site.radio_map).reach
-    level_m = settings.level_m(here, risk, reach)
+    here, learnt = place(track, moved), DEFAULT if site.radio_map is None else calibration_of(site.radio_map)
+    level_m = settings.level_m(here, risk, learnt)
     estimate = Estimate(
         Position(float(here.xy_m[0]), float(here.xy_m[1]), state.floor.floor),
-        settings.covariance_m2(here, reach),
-        accuracy_m=settings.accuracy_m(here, reach),
+        settings.covariance_m2(here, learnt),
+        accuracy_m=settings.accuracy_m(here, learnt),
         level_m=level_m,
     )
     told = once_each(state.phases.excluded, excluded(state.watch, settings.access_points))
     phases = replace(state.phases, excluded=told)
     if state.rivalry is not None:
         there = place(state.rivalry.rival, moved)
-        reach_m = float(np.hypot(*(there.xy_m - here.xy_m))) + settings.level_m(there, risk, reach)
+        reach_m = float(np.hypot(*(there.xy_m - here.xy_m))) + settings.level_m(there, risk, learnt)
         phases = replace(phases, covers_m=reach_m)
     if state.otherwise_m is not None:
         phases = replace(phases, covers_m=max(phases.covers_m, math.dist(state.otherwise_m, here.xy_m) + level_m))

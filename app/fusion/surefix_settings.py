@@ -15,7 +15,7 @@ from app.fusion.facing import FacingSettings
 from app.fusion.hearing import HearingSettings
 from app.fusion.hypotheses import HypothesisSettings
 from app.integrity.protection_level import tail_at
-from app.wifi.fix_calibration import DISTANCE_WEIGHT
+from app.wifi.fix_calibration import DISTANCE_WEIGHT, FixCalibration
 from app.wifi.floor_decision import CERTAIN
 
 
@@ -70,15 +70,16 @@ class SurefixSettings:
         """Of the protection level at a risk."""
         return tail_at(risk, self.tails)
 
-    def accuracy_m(self, here: Place, reach: float) -> float:
-        """Radius that holds the truth in 68 of 100 answers. reach : of the map's calibration."""
-        return reach * self.spread * math.hypot(here.radius_68_m, self.least_radius_68_m)
+    def accuracy_m(self, here: Place, learnt: FixCalibration) -> float:
+        """Radius that holds the truth in 68 of 100 answers. learnt : of the map."""
+        return learnt.reach * self.spread * math.hypot(here.radius_68_m, self.least_radius_68_m)
 
-    def level_m(self, here: Place, risk: float, reach: float) -> float:
-        """Radius that the truth leaves with no more than this probability. reach : of the map's calibration."""
-        return reach * self.tail_at(risk) * math.hypot(here.radius_99_m, self.least_radius_99_m)
+    def level_m(self, here: Place, risk: float, learnt: FixCalibration) -> float:
+        """Radius that the truth leaves with no more than this probability. learnt : of the map."""
+        least_m = learnt.fineness * self.least_radius_99_m
+        return learnt.reach * self.tail_at(risk) * math.hypot(here.radius_99_m, least_m)
 
-    def covariance_m2(self, here: Place, reach: float) -> FloatArray:
+    def covariance_m2(self, here: Place, learnt: FixCalibration) -> FloatArray:
         """(2, 2) of the position, as much larger than the cloud's as the accuracy is than the cloud's radius."""
         least_m2 = self.least_radius_68_m**2 / 2.28 * np.eye(2)
-        return (reach * self.spread) ** 2 * (here.covariance_m2 + least_m2)
+        return (learnt.reach * self.spread) ** 2 * (here.covariance_m2 + least_m2)

@@ -28,8 +28,13 @@ class Rect:
 
     def shrunk(self, margin_m: float) -> Rect:
         """The rectangle without a margin; what is too narrow shrinks to its centre line."""
-        dx, dy = min(margin_m, (self.x1 - self.x0) / 2), min(margin_m, (self.y1 - self.y0) / 2)
-        return Rect(self.x0 + dx, self.y0 + dy, self.x1 - dx, self.y1 - dy)
+        x, y = self.centre
+        return Rect(
+            min(self.x0 + margin_m, x),
+            min(self.y0 + margin_m, y),
+            max(self.x1 - margin_m, x),
+            max(self.y1 - margin_m, y),
+        )
 
     @property
     def centre(self) -> tuple[float, float]:

@@ -9,6 +9,7 @@ Differs from fixed constants: buildings differ in how many access points they ha
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import astuple, dataclass, fields, replace
 
@@ -32,7 +33,10 @@ LEAST_WALKS = 4
 REACH_95 = 2.5
 """Conformal 95 % of errors in standard deviations of the surveys that the levels were set on: the mall, folds 1-4."""
 REACH_PRIOR_WALKS = 20.0
-"""Walks that a reach of 1 is worth beside the survey's own."""
+"""Walks that a reach of 1, and a fineness of 1, are worth beside the survey's own."""
+TYPICAL_M = 4.4
+"""Median standard deviation of left-out fixes in those surveys."""
+LEAST_FINENESS = 0.5
 DISTANCE_WEIGHT = 1.6
 """By what signal distance counts more than the mean square of errors asks for. Where nobody surveyed errors are seldom,
 but large and the same for a whole walk: 1.6 trades 0.02 m of mean error for levels that know it."""
@@ -65,6 +69,7 @@ class FixCalibration:
     parted: float = 0.1
     walks: int = 0
     reach: float = 1.0
+    fineness: float = 1.0
 
     def place_m(self, match: Match) -> FloatArray:
         """(2,) of the phone."""
@@ -92,12 +97,12 @@ BEACON_DEFAULT = FixCalibration(14.0, 0.7, distance_m2=170.0)
 
 def calibration_of(radio_map: RadioMap, default: FixCalibration = DEFAULT) -> FixCalibration:
     """What was learnt when the map was published; the defaults for a map that carries nothing, or what an earlier
-    release learnt, which weighed other witnesses."""
+    release learnt, which weighed other witnesses. The last before this one did not learn the fineness."""
     section = radio_map.sections.get(SECTION)
-    if section is None or len(section) != len(fields(FixCalibration)):
+    if section is None or len(fields(FixCalibration)) - len(section) not in (0, 1):
         return default
-    *numbers, walks, reach = section.tolist()
-    return replace(FixCalibration(*numbers), walks=int(walks), reach=reach)
+    learnt = FixCalibration(*section.tolist())
+    return replace(learnt, walks=int(learnt.walks))
 
 
 def calibrated_map(fingerprints: Sequence[Fingerprint], version: int = 0) -> RadioMap:
@@ -163,7 +168,9 @@ def calibrate(
     learnt = replace(FixCalibration(*numbers(found.x).tolist()), walks=walks)
     sigma_m = np.sqrt([learnt.variance_m2(match, DISTANCE_WEIGHT) for match in left_out.match])
     conformal = conformal_reach(np.sqrt(missed_m2(learnt.beyond, learnt.parted)) / sigma_m, left_out.walk, 0.95)
-    return replace(learnt, reach=(conformal / REACH_95) ** (walks / (walks + REACH_PRIOR_WALKS)))
+    believed = walks / (walks + REACH_PRIOR_WALKS)
+    finer = min(max(math.sqrt(float(np.median(sigma_m)) / TYPICAL_M), LEAST_FINENESS), 1.0)
+    return replace(learnt, reach=(conformal / REACH_95) ** believed, fineness=finer**believed)
 
 
 def conformal_reach(score: FloatArray, walk: IntArray, share: float) -> float:

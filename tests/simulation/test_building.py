@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from app.errors import InvalidInput
 from app.floorplan.georeference import METRES_PER_DEGREE
 from app.simulation.building import make_building
-from app.simulation.layouts import LAYOUTS
+from app.simulation.layouts import LAYOUTS, Rect
 from app.simulation.plan_files import PIXELS_PER_METRE, plan_geojson, plan_image
 
 KINDS = st.sampled_from(sorted(LAYOUTS))
@@ -74,3 +74,13 @@ def test_a_building_that_is_not_known_is_refused_by_name(kind: str, floors: int)
     with pytest.raises(InvalidInput) as refusal:
         make_building("x", kind, floors, np.random.default_rng(1))
     assert refusal.value.field in ("building", "floors")
+
+
+@given(edge=st.tuples(*[st.floats(-100.0, 100.0)] * 4), margin_m=st.floats(0.0, 300.0))
+def test_a_rectangle_that_is_too_narrow_shrinks_to_its_centre_line_and_no_further(
+    edge: tuple[float, float, float, float], margin_m: float
+) -> None:
+    (x0, x1), (y0, y1) = sorted(edge[:2]), sorted(edge[2:])
+    found = Rect(x0, y0, x1, y1).shrunk(margin_m)
+    assert x0 <= found.x0 <= found.x1 <= x1
+    assert y0 <= found.y0 <= found.y1 <= y1

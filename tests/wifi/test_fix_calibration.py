@@ -11,7 +11,9 @@ from hypothesis import strategies as st
 from app.wifi.fingerprint import Fingerprint
 from app.wifi.fix_calibration import (
     DEFAULT,
+    LEAST_FINENESS,
     LEAST_WALKS,
+    SECTION,
     FixCalibration,
     calibrate,
     calibrated_map,
@@ -74,6 +76,21 @@ def test_what_was_learnt_is_stored_with_the_map() -> None:
     stored = decode_radio_map(encode_radio_map(calibrated_map(survey, version=3)))
     assert stored.version == 3
     assert calibration_of(stored) == calibrate(survey) != DEFAULT
+
+
+def test_a_building_whose_fixes_err_less_is_finer_and_none_is_coarser() -> None:
+    calm, noisy, few = calibrate(walks(40, 1.0)), calibrate(walks(40, 20.0)), calibrate(walks(LEAST_WALKS, 1.0))
+    assert LEAST_FINENESS <= calm.fineness < few.fineness < 1.0
+    assert calm.fineness < noisy.fineness <= 1.0
+
+
+def test_a_map_of_the_release_before_keeps_what_it_learnt() -> None:
+    radio_map = calibrated_map(walks(20, 3.0))
+    learnt = calibration_of(radio_map)
+    earlier = replace(radio_map, sections={**radio_map.sections, SECTION: radio_map.sections[SECTION][:-1]})
+    assert calibration_of(earlier) == replace(learnt, fineness=1.0)
+    before_that = replace(radio_map, sections={**radio_map.sections, SECTION: radio_map.sections[SECTION][:-2]})
+    assert calibration_of(before_that) == DEFAULT
 
 
 def test_the_conformal_reach_counts_each_walk_once() -> None:
