@@ -29,6 +29,7 @@ from app.pdr.compass import (
     REJECT_S,
     START_GAIN,
     follow_compass,
+    is_foreign,
     trust_field,
     wrapped,
 )
@@ -43,7 +44,6 @@ STALE_S = 0.5
 """A stream silent for longer is treated as absent until it comes back."""
 GAP_S = 1.0
 """After a longer gap nothing is known of the turns in it: level and heading start again from the next samples."""
-
 
 SIGMA_ROTATION_VECTOR, SIGMA_COMPASS, SIGMA_NO_GYRO = 0.24, 0.24, 0.35
 """Of a step's heading against the way between waypoints, mall walks of folds 1-4: 68 % lie within."""
@@ -190,9 +190,9 @@ def track(
             norm = math.sqrt(work[0] ** 2 + work[1] ** 2 + work[2] ** 2)
             if LEAST_FIELD_UT < norm < MOST_FIELD_UT:
                 north = math.atan2(work[0], work[1])
-                magnetic[BEARING] = wrapped(azimuth(own) - north)
                 turning = rate[0] ** 2 + rate[1] ** 2 + rate[2] ** 2 >= TURNING**2
                 trust_field(interval_s, norm, -math.asin(min(max(work[2] / norm, -1.0), 1.0)), turning, magnetic)
+                magnetic[BEARING] = math.nan if has_rate and is_foreign(magnetic) else wrapped(azimuth(own) - north)
                 if not has_rotation:
                     scalars[DRIFT] = follow_compass(north, interval_s, has_rate, scalars[DRIFT], magnetic)
             else:

@@ -23,6 +23,9 @@ FIELD_NEW_S, FIELD_FIRST_S, FIELD_REJECT_S = 20.0, 5.0, 60.0
 LEAST_FIELD_UT, MOST_FIELD_UT = 10.0, 120.0
 """The earth's field is of 22 to 67 uT, and of 20 to 110 near steel in the recorded mall. What is beyond is a magnet at
 the phone, or a sensor that nobody calibrated: it turns with the phone, and is no compass."""
+FOREIGN_SHARE, FOREIGN_DIP = 0.35, 25.0 * DEGREE
+"""Away from the trusted field by so much a bearing says nothing. With 0.25 and 20 degrees a broken gyroscope is noticed
+later, and weak magnets do as much harm."""
 DRIFT_VARIANCE = 0.02**2
 """rad^2/s by which the heading's variance grows while the compass is not believed."""
 
@@ -73,6 +76,14 @@ def trust_field(interval_s: float, norm_ut: float, dip_rad: float, turning: bool
             )
     else:
         magnetic[NEW_S], magnetic[NORM_NEW], magnetic[DIP_NEW] = 0.0, magnetic[NORM], magnetic[DIP]
+
+
+@njit(cache=True)
+def is_foreign(magnetic: FloatArray) -> bool:
+    """Whether the field is so far from the trusted one that its bearing says nothing: a magnet turns with the phone."""
+    known = magnetic[NORM_REF] > 0.0
+    strange = abs(magnetic[NORM] - magnetic[NORM_REF]) > FOREIGN_SHARE * magnetic[NORM_REF]
+    return bool(known and (strange or abs(magnetic[DIP] - magnetic[DIP_REF]) > FOREIGN_DIP))
 
 
 @njit(cache=True)

@@ -7,13 +7,11 @@ take its place.
 
 from __future__ import annotations
 
-import math
-
 from numba import njit
 
 from app.estimation.arrays import FloatArray
 from app.pdr.attitude_state import REST_S
-from app.pdr.compass import BEARING
+from app.pdr.compass import NORM
 
 REPEATED_AFTER_S = 0.5
 REPEATED_S = 3
@@ -36,4 +34,4 @@ def notice_repeats(sample: FloatArray, row: int, interval_s: float, rate: FloatA
 def gyroscope_stuck(scalars: FloatArray, rest: FloatArray, magnetic: FloatArray) -> bool:
     """Whether the phone moves, its gyroscope repeats itself, and a compass is there. Arrays as of AttitudeState."""
     repeats = rest[1, REPEATED_S] > REPEATED_AFTER_S
-    return bool(repeats and scalars[REST_S] == 0.0 and not math.isnan(magnetic[BEARING]))
+    return bool(repeats and scalars[REST_S] == 0.0 and magnetic[NORM] > 0.0)

@@ -7,6 +7,7 @@ about, and only a broken gyroscope makes it grow at a steady rate. While it does
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -57,42 +58,56 @@ def led(record: TurnRecord, steps: Sequence[Step], turns: bool) -> tuple[TurnRec
     found = list[LedStep]()
     for step in steps:
         doubted_before, record = turns_doubted(record), noted(record, step)
-        if turns_doubted(record):
-            found.append(LedStep(_by_compass(record, step), False, not doubted_before))
+        if not turns_doubted(record):
+            found.append(LedStep(step, turns))
+        elif np.isfinite(step.magnetic_heading_rad):
+            found.append(LedStep(_by_compass(record, step), turns=False, afresh=not doubted_before))
         else:
-            found.append(LedStep(step, turns, False))
+            found.append(LedStep(_without_drift(record, step), turns))
     return record, found
 
 
 def noted(record: TurnRecord, step: Step) -> TurnRecord:
-    """The record with one more step; without a compass it says nothing and begins anew."""
-    if not np.isfinite(step.magnetic_heading_rad):
-        return TurnRecord()
-    turned_rad = record.turned_rad + step.heading_change_rad
-    apart_rad = turned_rad - step.magnetic_heading_rad
-    if len(record.steps):  # the compass's bearing is known to whole turns only
-        before_rad = float(record.steps[-1, 1])
-        apart_rad = before_rad + wrap(apart_rad - before_rad)
+    """The record with one more step; one without a compass says nothing, until all that the record holds is old."""
     kept = record.steps[record.steps[:, 0] >= step.time_s - SPAN_S][-MOST_STEPS:]
+    turned_rad = record.turned_rad + step.heading_change_rad
+    if not np.isfinite(step.magnetic_heading_rad):
+        return TurnRecord(record.steps if len(kept) else kept, turned_rad)
+    apart_rad = turned_rad - step.magnetic_heading_rad
+    if len(kept):  # the compass's bearing is known to whole turns only
+        before_rad = float(kept[-1, 1])
+        apart_rad = before_rad + wrap(apart_rad - before_rad)
     return TurnRecord(np.vstack([kept, [step.time_s, apart_rad]]), turned_rad)
 
 
 def turns_doubted(record: TurnRecord) -> bool:
     """Whether the gyroscope and the compass drift apart steadily."""
-    time_s, apart_rad = record.steps[:, 0], record.steps[:, 1]
+    time_s = record.steps[:, 0]
     if len(time_s) < LEAST_STEPS or time_s[-1] - time_s[0] < LEAST_SPAN_S:
         return False
+    return abs(_drift_rad_per_s(record)) > DOUBTED_RAD_PER_S
+
+
+def _drift_rad_per_s(record: TurnRecord) -> float:
+    """The rate at which the angle between both grows. The record spans some time."""
+    time_s, apart_rad = record.steps.T
     from_middle_s = time_s - time_s.mean()
-    rate = float(from_middle_s @ apart_rad / (from_middle_s @ from_middle_s))
-    return abs(rate) > DOUBTED_RAD_PER_S
+    return float(from_middle_s @ apart_rad / (from_middle_s @ from_middle_s))
 
 
 def _by_compass(record: TurnRecord, step: Step) -> Step:
     """The newest step of a record, its direction and its turn by the compass."""
-    before_rad, now_rad = record.steps[-2:, 1].tolist()
+    (before_s, before_rad), (now_s, now_rad) = record.steps[-2:].tolist()
+    share = min(step.duration_s / (now_s - before_s), 1.0) if now_s > before_s else 1.0
     return replace(
         step,
         heading_rad=step.magnetic_heading_rad,
         heading_sigma_rad=COMPASS_SIGMA_RAD,
-        heading_change_rad=float(wrap(step.heading_change_rad - (now_rad - before_rad))),
+        heading_change_rad=float(wrap(step.heading_change_rad - share * (now_rad - before_rad))),
     )
+
+
+def _without_drift(record: TurnRecord, step: Step) -> Step:
+    """A step that the compass says nothing of: its turn by the gyroscope, as if it drifted as before."""
+    drifted_rad = _drift_rad_per_s(record) * step.duration_s
+    return replace(step, heading_sigma_rad=math.pi, heading_change_rad=step.heading_change_rad - drifted_rad)

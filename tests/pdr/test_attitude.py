@@ -117,7 +117,7 @@ def test_the_turn_between_steps_comes_from_the_gyroscope_alone() -> None:
 def test_steel_for_ten_seconds_does_not_turn_the_heading() -> None:
     phone = walked(0.5, seconds=60.0)
     elapsed = phone.magnetometer.time_s - START_S
-    field = phone.magnetometer.values + np.where((elapsed > 30) & (elapsed < 40), 40.0, 0.0)[:, None]
+    field = phone.magnetometer.values + np.where((elapsed > 30) & (elapsed < 40), 12.0, 0.0)[:, None]
     bent = Phone(phone.accelerometer, phone.gyroscope, AxisSamples(phone.magnetometer.time_s, field), phone.gyroscope)
     heading, sigma, _ = headings_deg(bent, "accelerometer", "gyroscope", "magnetometer")
     assert np.abs(heading - np.degrees(0.5)).max() < 5.0

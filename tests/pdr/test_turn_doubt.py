@@ -4,6 +4,7 @@ its stead the compass leads."""
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from hypothesis import given
@@ -78,6 +79,31 @@ def test_the_compass_leads_while_the_gyroscope_is_doubted() -> None:
         assert one.step.heading_sigma_rad == COMPASS_SIGMA_RAD
         turned_rad = math.remainder(now.magnetic_heading_rad - before.magnetic_heading_rad, math.tau)
         assert math.isclose(one.step.heading_change_rad, turned_rad, abs_tol=1e-9)
+
+
+def test_where_the_compass_is_silent_a_doubted_gyroscope_leads_less_its_drift() -> None:
+    bias = 0.25
+    walked = steps(40.0, bias, 0.0, 3)
+    silent = range(45, 50)
+    heard = [replace(one, magnetic_heading_rad=math.nan) if k in silent else one for k, one in enumerate(walked)]
+    _, ledby = led(TurnRecord(), heard, turns=True)
+    for k in silent:
+        assert ledby[k].turns and not ledby[k].step.absolute
+        true_rad = walked[k].heading_change_rad - bias * PERIOD_S
+        assert math.isclose(ledby[k].step.heading_change_rad, true_rad, abs_tol=0.02)
+    turned = sum(one.step.heading_change_rad for one in ledby[45:51])
+    true_turn_rad = sum(one.heading_change_rad - bias * PERIOD_S for one in walked[45:51])
+    assert math.isclose(math.remainder(turned - true_turn_rad, math.tau), 0.0, abs_tol=0.05)
+    assert not ledby[50].turns
+
+
+def test_a_compass_that_has_been_silent_for_long_is_forgotten() -> None:
+    walked = steps(60.0, 0.25, 0.0, 3)
+    heard = [replace(one, magnetic_heading_rad=math.nan) if one.time_s > 25.0 else one for one in walked]
+    record, ledby = led(TurnRecord(), heard, turns=True)
+    assert not ledby[44].turns
+    assert ledby[-1] == LedStep(heard[-1])
+    assert len(record.steps) == 0
 
 
 def test_a_gyroscope_that_is_right_leads_or_there_is_none() -> None:
