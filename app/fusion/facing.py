@@ -26,7 +26,7 @@ class FacingSettings:
     """When an angle is taken for another.
 
     fixes : of the last ones.  least_fixes : before which nothing is said.
-    noise_m2 : variance of a fix about the way, in each direction; larger than it is, since errors last.
+    lasting : by what the variance of a fix counts more: errors last, so the next fix is not another witness.
     evidence : logarithm of how much likelier the fixes are if the way is turned.
     misfit_m : how far from the turned way any fix may be: one that leaps is no matter of how the phone is held.
     least_rad : a way turned by less is the compass's error: of 208 recorded walks four are, by 30 to 56 degrees.
@@ -34,8 +34,8 @@ class FacingSettings:
 
     fixes: int = 16
     least_fixes: int = 5
-    noise_m2: float = 30.0
-    evidence: float = 6.0
+    lasting: float = 2.0
+    evidence: float = 5.0
     misfit_m: float = 15.0
     least_rad: float = 1.0
 
@@ -46,13 +46,13 @@ class FacingRecord:
     """How a phone is held, and what may yet speak against it.
 
     angle_rad : from where the phone points to the walking direction.
-    walked_m : (2,) way by steps, before any scale, since the record began.  ways : (n, 4) it at each of the last fixes,
-    and the fix.
+    walked_m : (2,) way by steps, before any scale, since the record began.  ways : (n, 5) it at each of the last fixes,
+    the fix, and its variance.
     """
 
     angle_rad: float = 0.0
     walked_m: FloatArray = field(default_factory=lambda: np.zeros(2))
-    ways: FloatArray = field(default_factory=lambda: np.empty((0, 4)))
+    ways: FloatArray = field(default_factory=lambda: np.empty((0, 5)))
 
 
 def faced(record: FacingRecord, steps: Sequence[LedStep]) -> tuple[FacingRecord, list[LedStep]]:
@@ -74,27 +74,27 @@ def faced(record: FacingRecord, steps: Sequence[LedStep]) -> tuple[FacingRecord,
 
 
 def placed(
-    record: FacingRecord, xy_m: FloatArray, believed: bool, settings: FacingSettings
+    record: FacingRecord, xy_m: FloatArray, variance_m2: float, believed: bool, settings: FacingSettings
 ) -> tuple[FacingRecord, bool]:
     """The record with one more fix, and whether the phone turns out to be held otherwise.
 
     Parameters
     ----------
-    xy_m : (2,) the fix.
+    xy_m : (2,) the fix.  variance_m2 : of its error in each direction.
     believed : False of a fix while others contradict the track: a way walked elsewhere, and relayed, is turned, too.
     """
     if not believed:
         return FacingRecord(record.angle_rad), False
-    ways = np.vstack([record.ways, [*record.walked_m, *xy_m]])[-settings.fixes :]
+    ways = np.vstack([record.ways, [*record.walked_m, *xy_m, variance_m2]])[-settings.fixes :]
     record = replace(record, ways=ways)
     if len(ways) < settings.least_fixes:
         return record, False
-    apart_m = ways - ways.mean(axis=0)
+    information = 1.0 / (settings.lasting * ways[:, 4])
+    apart_m = ways[:, :4] - information @ ways[:, :4] / information.sum()
     by_steps, by_fixes = apart_m[:, 0] + 1j * apart_m[:, 1], apart_m[:, 2] + 1j * apart_m[:, 3]
-    alike_m2 = complex(by_fixes @ by_steps.conj())
-    turn_rad = cmath.phase(alike_m2)
-    evidence = (abs(alike_m2) - alike_m2.real) / settings.noise_m2
-    if evidence < settings.evidence or abs(turn_rad) < settings.least_rad:
+    alike = complex((information * by_fixes) @ by_steps.conj())
+    turn_rad = cmath.phase(alike)
+    if abs(alike) - alike.real < settings.evidence or abs(turn_rad) < settings.least_rad:
         return record, False
     if np.abs(by_fixes - cmath.exp(1j * turn_rad) * by_steps).max() > settings.misfit_m:
         return record, False

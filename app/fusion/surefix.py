@@ -144,7 +144,7 @@ def _scanned(
     # a track that beacons began is no better than the first scan of WiFi
     by_beacons = state.radio_s is None and not state.prior_only
     believed = not state.prior_only and (state.rivalry is None or not state.rivalry.fault)
-    facing, turned = placed(state.facing, place_m, believed, settings.facing)
+    facing, turned = placed(state.facing, place_m, variance_m2, believed, settings.facing)
     state = replace(state, floor=floor, storeys=storeys, radio_s=scan.time_s, otherwise_m=found.otherwise_m)
     state = replace(state, facing=facing)
     if changed and storeys.changing and state.track is not None:

@@ -6,6 +6,7 @@ scans before and after it.
 
 from __future__ import annotations
 
+import bisect
 import itertools
 import math
 from collections.abc import Sequence
@@ -15,7 +16,7 @@ import numpy as np
 
 from app.estimation.arrays import FloatArray, IntArray
 from app.observations import Motion, RadioFix, Step
-from app.pdr.turn_doubt import TurnRecord, noted, turns_doubted
+from app.pdr.turn_doubt import SPAN_S, TurnRecord, noted, turns_doubted
 
 BLIND_AFTER_S = 10.0
 """Without a step for so long, and yet not still, a phone moves in a way that nobody counts."""
@@ -103,14 +104,17 @@ def timeline(evidence: Sequence[Step | RadioFix], moments: Sequence[Moment]) -> 
 
 
 def _stepped(steps: Sequence[Step]) -> list[Link]:
-    """A link a step. Of a gyroscope that is doubted at any time neither turns nor headings are believed."""
-    record, doubted = TurnRecord(), False
+    """A link a step. Of a gyroscope that is doubted neither turns nor headings are believed, nor what it said in the
+    time that it took to doubt it."""
+    record, doubts_s = TurnRecord(), list[float]()
     for step in steps:
         record = noted(record, step)
-        doubted = doubted or turns_doubted(record)
+        if turns_doubted(record):
+            doubts_s.append(step.time_s)
     links, before_s = list[Link](), -math.inf
     for step in steps:
-        north = step.absolute
+        north, next_doubt = step.absolute, bisect.bisect_left(doubts_s, step.time_s)
+        doubted = next_doubt < len(doubts_s) and doubts_s[next_doubt] <= step.time_s + SPAN_S
         # without gyroscope and north there is no turn at all, not even noise
         turns = not doubted and (north or step.heading_change_rad != 0.0)
         start_s = min(max(step.time_s - step.duration_s, before_s), step.time_s)

@@ -35,7 +35,7 @@ def followed(
         record, steps = faced(record, told)
         at_m += sum(one.step.length_m for one in steps) * np.array([math.sin(direction_rad), math.cos(direction_rad)])
         leap_m = elsewhere_m if number >= fixes // 2 else 0.0
-        record, turned = placed(record, at_m + leap_m + rng.normal(0.0, noise_m, 2), believed, SETTINGS)
+        record, turned = placed(record, at_m + leap_m + rng.normal(0.0, noise_m, 2), 14.0, believed, SETTINGS)
         if turned and turned_after is None:
             turned_after = number + 1
     return record, turned_after
@@ -76,7 +76,7 @@ def test_steps_go_where_their_walker_goes() -> None:
 @pytest.mark.parametrize("one", [LedStep(step(heading_sigma_rad=math.pi)), LedStep(step(), afresh=True)])
 def test_what_was_known_of_the_way_is_forgotten_where_directions_are_lost(one: LedStep) -> None:
     walked, _ = faced(FacingRecord(0.5), [LedStep(step())] * 3)
-    walked, _ = placed(walked, np.zeros(2), True, SETTINGS)
+    walked, _ = placed(walked, np.zeros(2), 14.0, True, SETTINGS)
     after, (found,) = faced(walked, [one])
     assert len(after.ways) == 0
     assert after.angle_rad == 0.5
