@@ -29,6 +29,7 @@ class FacingSettings:
     lasting : by what the variance of a fix counts more: errors last, so the next fix is not another witness.
     evidence : logarithm of how much likelier the fixes are if the way is turned.
     misfit_m : how far from the turned way any fix may be: one that leaps is no matter of how the phone is held.
+    longest : by what the way by fixes may be longer than that by steps: a leap makes it longer.
     least_rad : a way turned by less is the compass's error: of 208 recorded walks four are, by 30 to 56 degrees.
     """
 
@@ -37,6 +38,7 @@ class FacingSettings:
     lasting: float = 2.0
     evidence: float = 5.0
     misfit_m: float = 15.0
+    longest: float = 1.5
     least_rad: float = 1.0
 
 
@@ -96,7 +98,9 @@ def placed(
     turn_rad = cmath.phase(alike)
     if abs(alike) - alike.real < settings.evidence or abs(turn_rad) < settings.least_rad:
         return record, False
-    if np.abs(by_fixes - cmath.exp(1j * turn_rad) * by_steps).max() > settings.misfit_m:
+    longer = abs(alike) / float(information @ np.abs(by_steps) ** 2)
+    misfit_m = np.abs(by_fixes - cmath.exp(1j * turn_rad) * by_steps)
+    if longer > settings.longest or misfit_m.max() > settings.misfit_m:
         return record, False
     # angles in the plane turn from east to north, headings from north to east
     return FacingRecord(float(wrap(record.angle_rad - turn_rad))), True

