@@ -55,10 +55,11 @@ def led(record: TurnRecord, steps: Sequence[Step], turns: bool) -> tuple[TurnRec
 
     turns : whether there is a gyroscope.
     """
-    found = list[LedStep]()
+    found, doubted = list[LedStep](), turns_doubted(record)
     for step in steps:
-        doubted_before, record = turns_doubted(record), noted(record, step)
-        if not turns_doubted(record):
+        record, doubted_before = noted(record, step), doubted
+        doubted = turns_doubted(record)
+        if not doubted:
             found.append(LedStep(step, turns))
         elif np.isfinite(step.magnetic_heading_rad):
             found.append(LedStep(_by_compass(record, step), turns=False, afresh=not doubted_before))
