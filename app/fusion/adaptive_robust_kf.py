@@ -77,8 +77,7 @@ def advance(
         state = _moved(state, event, settings)
         return state if event.scan is None else _scanned(state, event.scan, event.moved, site, settings, findings)
 
-    state, moved, findings = advanced(state, batch, after)
-    return state, replace(_fix(state, moved, settings, tuple(findings.checks)), evidence=tuple(findings.evidence))
+    return advanced(state, batch, after, partial(_fix, settings=settings))
 
 
 def _moved(state: AdaptiveRobustState, event: Event, settings: AdaptiveRobustSettings) -> AdaptiveRobustState:
@@ -167,7 +166,7 @@ def _sought(track: ErrorTrack, search: HeadingSearch) -> tuple[ErrorTrack, Headi
 
 
 def _fix(
-    state: AdaptiveRobustState, moved: PdrOutput, settings: AdaptiveRobustSettings, checks: tuple[InnovationCheck, ...]
+    state: AdaptiveRobustState, moved: PdrOutput, checks: tuple[InnovationCheck, ...], settings: AdaptiveRobustSettings
 ) -> Fix:
     track = state.track
     if track is None or state.floor is None or state.radio_s is None or state.time_s is None:

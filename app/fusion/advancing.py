@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Protocol, TypeVar
 
 from app.fusion.batch_events import Event, events
-from app.observations import Batch, InnovationCheck, RadioFix, Step
+from app.observations import Batch, Fix, InnovationCheck, RadioFix, Step
 from app.pdr.tracker import PdrOutput, PdrState
 
 
@@ -36,13 +36,18 @@ class Findings:
 
 
 def advanced(
-    state: _State, batch: Batch, after: Callable[[_State, Event, Findings], _State], bluetooth: bool = False
-) -> tuple[_State, PdrOutput, Findings]:
-    """The state after every event of a batch, what dead reckoning says at its end, and what is left behind.
+    state: _State,
+    batch: Batch,
+    after: Callable[[_State, Event, Findings], _State],
+    fix: Callable[[_State, PdrOutput, tuple[InnovationCheck, ...]], Fix],
+    bluetooth: bool = False,
+) -> tuple[_State, Fix]:
+    """The state after every event of a batch, and the Fix at its end with what was left behind.
 
     Parameters
     ----------
     after : the state after an event; adds to what is left behind.
+    fix : of the state at the end, by what dead reckoning says there and the checks.
     bluetooth : scans of beacons are events, too.
     """
     findings, moved = Findings(), None
@@ -51,4 +56,4 @@ def advanced(
         state = after(state, event, findings)
     if moved is None:
         raise RuntimeError("a batch has an end")
-    return state, moved, findings
+    return state, replace(fix(state, moved, tuple(findings.checks)), evidence=tuple(findings.evidence))

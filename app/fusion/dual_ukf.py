@@ -77,8 +77,7 @@ def advance(state: DualState, batch: Batch, site: Site, settings: DualSettings) 
         state = _moved(state, event, batch, settings, findings.evidence)
         return state if event.scan is None else _scanned(state, event.scan, event.moved, site, settings, findings)
 
-    state, moved, findings = advanced(state, batch, after)
-    return state, replace(_fix(state, moved, settings, tuple(findings.checks)), evidence=tuple(findings.evidence))
+    return advanced(state, batch, after, partial(_fix, settings=settings))
 
 
 def _moved(
@@ -219,7 +218,7 @@ def _carrying(state: DualState) -> Carrying:
     return Carrying.UNKNOWN if state.time_s is None else state.carried.phone.recognised.at(state.time_s)
 
 
-def _fix(state: DualState, moved: PdrOutput, settings: DualSettings, checks: tuple[InnovationCheck, ...]) -> Fix:
+def _fix(state: DualState, moved: PdrOutput, checks: tuple[InnovationCheck, ...], settings: DualSettings) -> Fix:
     track, carrying = state.track, _carrying(state)
     if track is None or state.floor is None or state.radio_s is None or state.time_s is None:
         return no_fix(state.start, state.time_s, Walker(None, None, state.step_count, moved.motion, carrying))

@@ -77,8 +77,7 @@ def advance(state: IntegrityState, batch: Batch, site: Site, settings: Integrity
         state = _moved(state, event, settings, findings.checks)
         return state if event.scan is None else _scanned(state, event.scan, event.moved, site, settings, findings)
 
-    state, moved, findings = advanced(state, batch, after)
-    return state, replace(_fix(state, moved, settings, tuple(findings.checks)), evidence=tuple(findings.evidence))
+    return advanced(state, batch, after, partial(_fix, settings=settings))
 
 
 def _moved(
@@ -167,7 +166,7 @@ def _agree(
 
 
 def _fix(
-    state: IntegrityState, moved: PdrOutput, settings: IntegritySettings, checks: tuple[InnovationCheck, ...]
+    state: IntegrityState, moved: PdrOutput, checks: tuple[InnovationCheck, ...], settings: IntegritySettings
 ) -> Fix:
     track = state.track
     if track is None or state.floor is None or state.radio_s is None or state.time_s is None:

@@ -60,8 +60,7 @@ def advance(state: SurefixState, batch: Batch, site: Site, settings: SurefixSett
             state = with_beacons(state, event.beacons, event.moved, site, settings, findings)
         return state
 
-    state, moved, findings = advanced(state, batch, after, bluetooth=True)
-    return state, replace(_fix(state, moved, site, settings, tuple(findings.checks)), evidence=tuple(findings.evidence))
+    return advanced(state, batch, after, partial(_fix, site=site, settings=settings), bluetooth=True)
 
 
 def _watched(
@@ -210,7 +209,7 @@ def _judged(
 
 
 def _fix(
-    state: SurefixState, moved: PdrOutput, site: Site, settings: SurefixSettings, checks: tuple[InnovationCheck, ...]
+    state: SurefixState, moved: PdrOutput, checks: tuple[InnovationCheck, ...], site: Site, settings: SurefixSettings
 ) -> Fix:
     track, risk = state.track, state.start.risk
     if track is None or state.floor is None or state.heard_s is None or state.time_s is None:

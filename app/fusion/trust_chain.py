@@ -76,8 +76,7 @@ def advance(
         state = _moved(state, event, settings)
         return state if event.scan is None else _scanned(state, event.scan, event.moved, site, settings, findings)
 
-    state, moved, findings = advanced(state, batch, after)
-    return state, replace(_fix(state, moved, settings, tuple(findings.checks)), evidence=tuple(findings.evidence))
+    return advanced(state, batch, after, partial(_fix, settings=settings))
 
 
 def _moved(state: TrustChainState, event: Event, settings: TrustChainSettings) -> TrustChainState:
@@ -177,7 +176,7 @@ def _filtered(
 
 
 def _fix(
-    state: TrustChainState, moved: PdrOutput, settings: TrustChainSettings, checks: tuple[InnovationCheck, ...]
+    state: TrustChainState, moved: PdrOutput, checks: tuple[InnovationCheck, ...], settings: TrustChainSettings
 ) -> Fix:
     chain = state.chain
     if chain is None or state.floor is None or state.radio_s is None or state.time_s is None:

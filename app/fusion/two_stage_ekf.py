@@ -85,8 +85,7 @@ def advance(state: TwoStageState, batch: Batch, site: Site, settings: TwoStageSe
         state = _moved(state, event, settings, findings.checks)
         return state if event.scan is None else _scanned(state, event.scan, event.moved, site, settings, findings)
 
-    state, moved, findings = advanced(state, batch, after)
-    return state, replace(_fix(state, moved, settings, tuple(findings.checks)), evidence=tuple(findings.evidence))
+    return advanced(state, batch, after, partial(_fix, settings=settings))
 
 
 def _moved(
@@ -193,7 +192,7 @@ def _begun(
 
 
 def _fix(
-    state: TwoStageState, moved: PdrOutput, settings: TwoStageSettings, checks: tuple[InnovationCheck, ...]
+    state: TwoStageState, moved: PdrOutput, checks: tuple[InnovationCheck, ...], settings: TwoStageSettings
 ) -> Fix:
     track = state.track
     if track is None or state.floor is None or state.radio_s is None or state.time_s is None:
