@@ -46,6 +46,12 @@ class FreeSpace:
         """Whether a plan says where one cannot be."""
         return self.cells.size > 0
 
+    def is_free(self, xy_m: FloatArray) -> BoolArray:
+        """(n,) of places (n, 2) of a walled floor."""
+        column, row = np.floor(xy_m / self.cell_m).astype(np.int64).T
+        within = (row >= 0) & (row < self.cells.shape[0]) & (column >= 0) & (column < self.cells.shape[1])
+        return np.asarray(within & self.cells[row * within, column * within], np.bool_)
+
 
 NO_PLAN = FreeSpace(np.ones((0, 0), np.bool_), 1.0)
 """Everything is free."""

@@ -7,15 +7,13 @@ strength of the WiFi signal, as in the paper.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from enum import StrEnum
 
 import numpy as np
 
-from app.estimation.arrays import BoolArray, FloatArray
+from app.estimation.arrays import FloatArray
+from app.floorplan.free_space import NO_PLAN, FreeSpace
 
-Walkable = Callable[[FloatArray], BoolArray]
-"""Whether each of (n, 2) places of a floor can be walked on."""
 CORRIDOR_BELOW_M = 5.0
 """Corridors of offices and hospitals are 2 to 4 m wide, the ways between shops 6 and more."""
 REACH_M, STRIDE_M, DIRECTIONS = 6.0, 0.5, 8
@@ -32,50 +30,36 @@ class Surroundings(StrEnum):
     OPEN = "open"
 
 
-def walkable_on(cells: BoolArray, cell_m: float) -> Walkable:
-    """What a grid of cells (rows, columns) says of places; rows from south to north, from the frame's origin."""
-
-    def walkable(xy_m: FloatArray) -> BoolArray:
-        column, row = np.floor(xy_m / cell_m).astype(np.int64).T
-        within = (row >= 0) & (row < cells.shape[0]) & (column >= 0) & (column < cells.shape[1])
-        return np.asarray(within & cells[row * within, column * within], np.bool_)
-
-    return walkable
-
-
-def free_width_m(walkable: Walkable, xy_m: FloatArray) -> float:
+def free_width_m(space: FreeSpace, xy_m: FloatArray) -> float:
     """The narrowest way across a place (2,), metres: through it in a straight line from edge to edge.
 
     Returns
     -------
-    0 where one cannot walk, 2 REACH_M and more where no edge is near.
+    0 where nobody can be, 2 REACH_M and more where no edge is near.
     """
     angle_rad = np.arange(DIRECTIONS) * (math.pi / DIRECTIONS)
     along = np.arange(1, int(REACH_M / STRIDE_M) + 1) * STRIDE_M
     unit = np.column_stack([np.sin(angle_rad), np.cos(angle_rad)])
     rays = np.concatenate([unit, -unit])[:, np.newaxis, :] * along[:, np.newaxis]
-    free = walkable(np.concatenate([xy_m[np.newaxis, :], (xy_m + rays).reshape(-1, 2)]))
+    free = space.is_free(np.concatenate([xy_m[np.newaxis, :], (xy_m + rays).reshape(-1, 2)]))
     if not free[0]:
         return 0.0
     reached_m = STRIDE_M * np.cumprod(free[1:].reshape(2, DIRECTIONS, len(along)), axis=2).sum(axis=2)
     return float(reached_m.sum(axis=0).min()) + STRIDE_M
 
 
-def surroundings_of(
-    rssi_dbm: FloatArray, xy_m: FloatArray | None = None, walkable: Walkable | None = None
-) -> Surroundings:
+def surroundings_of(rssi_dbm: FloatArray, xy_m: FloatArray, space: FreeSpace = NO_PLAN) -> Surroundings:
     """Corridor or open.
 
     Parameters
     ----------
     rssi_dbm : (n,) of the newest scan's fresh readings; none count as open, the more cautious of the two.
-    xy_m, walkable : (2,) the place, and the floor's plan; without either, or where the plan says that nobody can be
-        there, the signal decides.
+    xy_m, space : (2,) the place, and the floor's plan; without a plan, or where it says that nobody can be there, the
+        signal decides.
     """
-    if xy_m is not None and walkable is not None:
-        width_m = free_width_m(walkable, xy_m)
-        if width_m > 0.0:
-            return Surroundings.CORRIDOR if width_m < CORRIDOR_BELOW_M else Surroundings.OPEN
+    width_m = free_width_m(space, xy_m) if space.walled else 0.0
+    if width_m > 0.0:
+        return Surroundings.CORRIDOR if width_m < CORRIDOR_BELOW_M else Surroundings.OPEN
     if len(rssi_dbm) == 0:
         return Surroundings.OPEN
     loudest_dbm = float(np.sort(rssi_dbm)[-STRONGEST:].mean())

@@ -18,15 +18,15 @@ from app.fusion.adaptive_robust_settings import AdaptiveRobustSettings
 from app.fusion.advancing import Findings, advanced
 from app.fusion.batch_events import Event, knows_turns
 from app.fusion.error_track import ErrorTrack, aged, begun, headed, place, stepped
-from app.fusion.fix_assembly import Estimate, Phases, Walker, assembled_fix, no_fix
+from app.fusion.fix_assembly import Phases, Walker, fix_at, no_fix
 from app.fusion.floor_choice import chosen_floor
 from app.fusion.heading_search import HeadingSearch, begun_at, found, walked
 from app.fusion.interface import START_SIGMA_M, Method, SessionStart, Site
-from app.fusion.robust_measuring import error_variance_m2, process_noise, robust_update, same_place
+from app.fusion.robust_measuring import process_noise, robust_update, same_place
 from app.fusion.scan_matching import match_scan, said
 from app.fusion.state_codec import storable
 from app.integrity.fault_detection import streak_after
-from app.observations import Batch, Fix, InnovationCheck, Motion, Position, WifiScan
+from app.observations import Batch, Fix, InnovationCheck, WifiScan
 from app.pdr.step_length import linear_length_m, swing_of_mps2
 from app.pdr.tracker import PdrOutput, PdrState, initial_pdr_state
 from app.pdr.walking_context import WalkingContext, context_after
@@ -58,7 +58,7 @@ class AdaptiveRobustState:
     step_count: int = 0
 
 
-for _kind in (Phases, WalkingContext, Surroundings):
+for _kind in (WalkingContext, Surroundings):
     storable(_kind)
 
 
@@ -83,9 +83,8 @@ def advance(
 def _moved(state: AdaptiveRobustState, event: Event, settings: AdaptiveRobustSettings) -> AdaptiveRobustState:
     """Steps and time that passed since the event before."""
     track, search, context, steps = state.track, state.search, state.context, event.moved.steps
-    if track is None and state.start.start is not None and event.time_s is not None:
-        prior = state.start.start
-        track = begun(np.array([prior.x_m, prior.y_m]), START_SIGMA_M**2 * np.eye(2), event.time_s, settings)
+    if track is None and state.start.prior_m is not None and event.time_s is not None:
+        track = begun(state.start.prior_m, START_SIGMA_M**2 * np.eye(2), event.time_s, settings)
     turns = knows_turns(event)
     for step in steps:
         context = context_after(context, step)
@@ -96,7 +95,7 @@ def _moved(state: AdaptiveRobustState, event: Event, settings: AdaptiveRobustSet
             )
             search = search if track.headed else walked(search, step) if turns else HeadingSearch()
     if track is not None and event.time_s is not None:
-        track = aged(track, event.time_s, event.moved, settings)
+        track = aged(track, event.time_s, event.moved)
     return replace(
         state,
         pdr=event.pdr,
@@ -119,16 +118,17 @@ def _scanned(
     match = match_scan(site.radio_map, scan, settings.matcher, settings.least_known)
     if match is None or site.radio_map is None or state.time_s is None:
         return state
-    told = state.start.floor if state.start.start is None else state.start.start.floor
-    floor = chosen_floor(state.floor, told, site.radio_map, site, match)
+    hint = state.start.floor_hint
+    floor = chosen_floor(state.floor, hint, site.radio_map, site, match)
     if floor.decided != match.floor:
         match = match_scan(site.radio_map, scan, settings.matcher, settings.least_known, floor.floor)
         if match is None:
             return state
-    changed = floor.floor != (told if state.floor is None else state.floor.floor)
-    surroundings = surroundings_of(fresh_readings(scan).rssi_dbm)
+    changed = floor.floor != (hint if state.floor is None else state.floor.floor)
+    at_m = match.xy_m if state.track is None or changed else place(state.track, moved)[0]
+    surroundings = surroundings_of(fresh_readings(scan).rssi_dbm, at_m, site.space(floor.floor))
     state = replace(state, floor=floor, radio_s=scan.time_s, surroundings=surroundings)
-    variance_m2, track = error_variance_m2(match, settings), state.track
+    variance_m2, track = settings.error.variance_m2(match), state.track
     if track is None or changed:
         findings.evidence.append(said(scan, floor.floor, match, variance_m2, fits=True))
         return _begun(state, match.xy_m, variance_m2, settings)
@@ -169,17 +169,13 @@ def _fix(
     state: AdaptiveRobustState, moved: PdrOutput, checks: tuple[InnovationCheck, ...], settings: AdaptiveRobustSettings
 ) -> Fix:
     track = state.track
-    if track is None or state.floor is None or state.radio_s is None or state.time_s is None:
-        walker = Walker(None, None, state.step_count, moved.motion, moved.carrying)
-        return no_fix(state.start, state.time_s, walker)
-    speed_mps = {Motion.UNKNOWN: None, Motion.STILL: 0.0}.get(moved.motion, track.stride_m / max(track.stride_s, 0.3))
+    if track is None:
+        return no_fix(state.start, state.time_s, Walker.of(moved, state.step_count))
     heading_rad = track.direction_rad if track.headed else None
-    walker = Walker(heading_rad, speed_mps, state.step_count, moved.motion, moved.carrying)
+    walker = Walker.of(moved, state.step_count, heading_rad, track.stride_m, track.stride_s)
     xy_m, jacobian = place(track, moved)
     covariance_m2 = settings.inflation * (jacobian @ track.covariance @ jacobian.T)
-    estimate = Estimate(Position(float(xy_m[0]), float(xy_m[1]), state.floor.floor), covariance_m2, settings.tail)
-    coasting = state.time_s - state.radio_s > settings.silent_after_s
-    return assembled_fix(state.start, state.time_s, estimate, walker, state.phases, coasting, checks)
+    return fix_at(state, xy_m, covariance_m2, walker, settings, checks)
 
 
 def adaptive_robust_kf(method: str = "adaptive_robust_kf", settings: AdaptiveRobustSettings | None = None) -> Method:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from app.fusion.integrity_settings import FixError
-from app.fusion.scan_matching import Matcher
+from app.fusion.scan_matching import FixError, Matcher
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,8 +58,6 @@ class AdaptiveRobustSettings:
     fault.  agree_sigmas : of the difference of two outliers, within which they say the same: the track is then wrong.
     length_sigma_m, askew_sigma_rad : of the step-length and heading errors at first.
     lost_share : variance of a step in an unknown direction, in squared step lengths.
-    blind_m2_per_s, doubtful_m2_per_s : growth of the position's variance in each direction for a phone whose steps
-    nobody counts, and for one that moves and yet makes no steps.  blind_after_s : without accelerometer for so long.
     inflation : by what the covariance told to the phone is larger than the filter's, which takes fixes in a row for
     independent witnesses though they err alike.
     tail : protection level beside a Gaussian's of that covariance.
@@ -80,9 +77,6 @@ class AdaptiveRobustSettings:
     length_sigma_m: float = 0.07
     askew_sigma_rad: float = 0.2
     lost_share: float = 5.0
-    blind_m2_per_s: float = 6.0
-    doubtful_m2_per_s: float = 0.05
-    blind_after_s: float = 2.0
     silent_after_s: float = 8.0
     inflation: float = 2.7
     tail: float = 1.35

@@ -16,14 +16,14 @@ from app.estimation.arrays import FloatArray, IntArray
 from app.floorplan.free_space import FreeSpace
 from app.fusion.advancing import Findings
 from app.fusion.beacon_listening import listened
-from app.fusion.fix_assembly import Phases
+from app.fusion.fix_assembly import Phases, taken_out
 from app.fusion.interface import Site
 from app.fusion.particle_cloud import landed
 from app.fusion.storeys import heard
 from app.fusion.surefix_measuring import CloudFix, TestedFix, beginning, tested
 from app.fusion.surefix_settings import SurefixSettings
 from app.fusion.surefix_state import SurefixState
-from app.observations import BluetoothScan, Excluded
+from app.observations import BluetoothScan
 from app.pdr.tracker import PdrOutput
 from app.wifi.beacons import BEACON_MATCH
 from app.wifi.fix_calibration import BEACON_DEFAULT, calibration_of
@@ -56,8 +56,7 @@ def with_beacons(
     if alone:
         match = soft_match(beacons, *told, BEACON_MATCH)
         if match is not None:
-            hint = state.start.floor if state.start.start is None else state.start.start.floor
-            storeys, floor = heard(storeys, floor, hint, beacons, site, _doubted(match), now_s)
+            storeys, floor = heard(storeys, floor, state.start.floor_hint, beacons, site, _doubted(match), now_s)
     if floor is not None and (match is None or beacons.floors[match.floor] != floor.floor):
         match = _on_floor(beacons, told, floor.floor)
     if match is None or floor is None or (state.track is None and not _begins(match, site.radio_map, settings)):
@@ -131,9 +130,8 @@ def _carried(
     limits = settings.hypotheses.beside_a_prior() if state.prior_only else settings.hypotheses
     contradictions = state.ear.contradictions + 1
     fault = contradictions >= limits.fault_after
-    times = "again and again" if fault else "this once"
-    excluded = Excluded(f"{first.apart_m:.0f} m from where the steps lead, {times}", observation="bluetooth")
-    phases = Phases(1, 1, int(fault), statistic, threshold, first.apart_m, (excluded,))
+    excluded = (taken_out(first.apart_m, fault, "bluetooth"),)
+    phases = Phases(1, 1, int(fault), statistic, threshold, first.apart_m, excluded)
     state = replace(state, ear=replace(state.ear, contradictions=contradictions), phases=phases)
     if contradictions < limits.moved_after:
         return state

@@ -11,10 +11,11 @@ from app.estimation.angles import wrap
 from app.estimation.arrays import FloatArray
 from app.fusion.batch_events import Event, knows_turns
 from app.fusion.heading_search import HeadingSearch, begun_at, found, walked
-from app.fusion.position_ekf import BLIND_M2_PER_S, LOST_SHARE, drift_m2_per_s
+from app.fusion.position_ekf import LOST_SHARE
 from app.fusion.state_codec import storable
 from app.fusion.trust_chain_settings import TrustChainSettings
 from app.fusion.trust_state import AT_START, Trust, after_fix, after_way
+from app.fusion.unseen import drift_m2_per_s, is_blind
 from app.observations import Step
 from app.pdr.tracker import PdrOutput
 
@@ -83,9 +84,9 @@ def aged(chain: Chain, until_s: float, moved: PdrOutput) -> Chain:
     seconds = until_s - chain.time_s
     if seconds <= 0.0:
         return chain
-    growth_m2 = drift_m2_per_s(until_s, moved)
-    mistrust = max(chain.mistrust, AT_START) if growth_m2 == BLIND_M2_PER_S else chain.mistrust
-    return replace(chain, sigma_m=math.sqrt(chain.sigma_m**2 + growth_m2 * seconds), mistrust=mistrust, time_s=until_s)
+    mistrust = max(chain.mistrust, AT_START) if is_blind(until_s, moved) else chain.mistrust
+    sigma_m = math.sqrt(chain.sigma_m**2 + drift_m2_per_s(until_s, moved) * seconds)
+    return replace(chain, sigma_m=sigma_m, mistrust=mistrust, time_s=until_s)
 
 
 def fused(

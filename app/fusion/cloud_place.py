@@ -11,7 +11,6 @@ from app.estimation.arrays import FloatArray
 from app.fusion import cloud_kernels as kernels
 from app.fusion import cloud_weighing as weighing
 from app.fusion.particle_cloud import Cloud, ahead_m
-from app.observations import Motion
 from app.pdr.tracker import PdrOutput
 
 _LEAST_FACING = 0.5
@@ -60,12 +59,3 @@ def heading_of(cloud: Cloud) -> float | None:
     heading_rad = cloud.particles[:, kernels.HEADING]
     east, north = float(cloud.weight @ np.sin(heading_rad)), float(cloud.weight @ np.cos(heading_rad))
     return math.atan2(east, north) if math.hypot(east, north) >= _LEAST_FACING else None
-
-
-def speed_mps(cloud: Cloud, moved: PdrOutput) -> float | None:
-    """Walking speed, 0 of a phone that is still, None where it cannot be told."""
-    if moved.motion is Motion.UNKNOWN:
-        return None
-    if moved.motion is Motion.STILL:
-        return 0.0
-    return scale_of(cloud) * cloud.stride_m / max(cloud.stride_s, 0.3)

@@ -22,7 +22,6 @@ class CloudSettings:
     rough_m : by what particles drawn twice are told apart.  renewed : share that each resampling after a fix draws
     anew at the fix, for a cloud that is wrong and sure of it.
     least_effective : share of particles that count below which the cloud is resampled.
-    blind_m2_per_s, doubtful_m2_per_s, blind_speed_mps, blind_after_s : as in app/fusion/walking_track.py.
     """
 
     particles: int = 1500
@@ -41,7 +40,3 @@ class CloudSettings:
     rough_m: float = 0.1
     renewed: float = 0.03
     least_effective: float = 0.5
-    blind_m2_per_s: float = 6.0
-    doubtful_m2_per_s: float = 0.05
-    blind_speed_mps: float = 0.7
-    blind_after_s: float = 2.0

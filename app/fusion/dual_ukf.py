@@ -19,15 +19,15 @@ from app.fusion.batch_events import Event, knows_turns
 from app.fusion.carried_position import area_match, moved_on
 from app.fusion.carried_steps import Carried, CarriedStep, in_frame, reversed_by, taken, turned_round
 from app.fusion.dual_settings import DualSettings
-from app.fusion.fix_assembly import Estimate, Phases, Walker, assembled_fix, no_fix
+from app.fusion.fix_assembly import Phases, Walker, fix_at, no_fix
 from app.fusion.floor_choice import chosen_floor
 from app.fusion.heading_search import HeadingSearch, begun_at, found, walked
-from app.fusion.integrity_measuring import BY_WIFI, phases_of
-from app.fusion.interface import START_SIGMA_M, Method, SessionStart, Site
+from app.fusion.integrity_measuring import BY_WIFI, measure, phases_of
+from app.fusion.interface import Method, SessionStart, Site
 from app.fusion.state_codec import storable
-from app.fusion.walking_track import Track, aged, ahead_m, begun, headed, place, speed_mps, unbiased
-from app.integrity.fault_detection import is_fault, monitored_update, streak_after
-from app.observations import Batch, Carrying, Fix, InnovationCheck, Motion, Position, RadioFix, Step, WifiScan
+from app.fusion.walking_track import Track, aged, ahead_m, begun, begun_at_prior, headed, place, scale_of
+from app.integrity.fault_detection import is_fault, streak_after
+from app.observations import Batch, Carrying, Fix, InnovationCheck, Motion, RadioFix, Step, WifiScan
 from app.pdr.carried_phone import advance_carried
 from app.pdr.rmpca import LOOKED_AT
 from app.pdr.tracker import PdrOutput, PdrState, initial_pdr_state
@@ -62,9 +62,6 @@ class DualState:
     step_count: int = 0
 
 
-storable(Phases)
-
-
 def start(session: SessionStart) -> DualState:
     """The state of a session that has reported nothing."""
     return DualState(session, initial_pdr_state())
@@ -85,11 +82,8 @@ def _moved(
 ) -> DualState:
     """Steps and time that passed since the event before."""
     track, search, carried, count = state.track, state.search, state.carried, state.step_count
-    if track is None and state.start.start is not None and event.time_s is not None:
-        prior, noise = state.start.start, START_SIGMA_M**2 * np.eye(2)
-        track = unbiased(
-            begun(np.array([prior.x_m, prior.y_m]), noise, START_BIAS_M2, event.time_s, settings.track), noise
-        )
+    if track is None and state.start.prior_m is not None and event.time_s is not None:
+        track = begun_at_prior(state.start.prior_m, START_BIAS_M2, event.time_s, settings.track)
     until_s = None if event.scan is None else event.scan.time_s
     turns = knows_turns(event)
     for step in event.moved.steps:
@@ -150,9 +144,9 @@ def _scanned(
     if match is None:
         return state
     now_s = state.time_s
-    told = state.start.floor if state.start.start is None else state.start.start.floor
-    floor = chosen_floor(state.floor, told, site.radio_map, site, match)
-    changed = floor.floor != (told if state.floor is None else state.floor.floor)
+    hint = state.start.floor_hint
+    floor = chosen_floor(state.floor, hint, site.radio_map, site, match)
+    changed = floor.floor != (hint if state.floor is None else state.floor.floor)
     match = area_match(site.radio_map, scan, floor.floor, None if changed else state.track, settings)
     if match is None:
         return state
@@ -167,15 +161,11 @@ def _scanned(
     track = replace(state.track, bias_variance_m2=bias_m2)
     if not settings.track.learning:
         noise = noise + bias_m2 * np.eye(2)
-    forward_m, prior = ahead_m(track, moved), (track.mean, track.covariance)
-    expectation = ukf.expect(*prior, match.xy_m, noise, BY_WIFI, track.mean[:3], forward_m, settings.track.alpha)
-    tested = monitored_update(prior, expectation, noise, ukf.angles_of_state(len(track.mean)), settings.monitor)
-    rejected = bool(tested.if2)
-    check = InnovationCheck(
-        "wifi", scan.time_s, expectation[0], tested.sigma, tested.statistic, tested.threshold, rejected, not rejected
+    tested, check = measure(
+        track, "wifi", scan.time_s, BY_WIFI, match.xy_m, noise, track.mean[:3], ahead_m(track, moved), settings
     )
     findings.checks.append(check)
-    findings.evidence.append(replace(heard, fits=not rejected))
+    findings.evidence.append(replace(heard, fits=not tested.if2))
     streak = streak_after(state.streak, tested.if2)
     fault = is_fault(streak, settings.monitor)
     phases = phases_of(tested, check, fault)
@@ -220,14 +210,12 @@ def _carrying(state: DualState) -> Carrying:
 
 def _fix(state: DualState, moved: PdrOutput, checks: tuple[InnovationCheck, ...], settings: DualSettings) -> Fix:
     track, carrying = state.track, _carrying(state)
-    if track is None or state.floor is None or state.radio_s is None or state.time_s is None:
-        return no_fix(state.start, state.time_s, Walker(None, None, state.step_count, moved.motion, carrying))
+    if track is None:
+        return no_fix(state.start, state.time_s, Walker.of(moved, state.step_count, carrying=carrying))
     heading_rad = float(track.mean[ukf.HEADING]) if track.headed else None
-    walker = Walker(heading_rad, speed_mps(track, moved), state.step_count, moved.motion, carrying)
-    xy_m, covariance = place(track, moved)
-    estimate = Estimate(Position(float(xy_m[0]), float(xy_m[1]), state.floor.floor), covariance, settings.tail)
-    coasting = state.time_s - state.radio_s > settings.silent_after_s
-    return assembled_fix(state.start, state.time_s, estimate, walker, state.phases, coasting, checks)
+    stride_m = scale_of(track) * track.stride_m
+    walker = Walker.of(moved, state.step_count, heading_rad, stride_m, track.stride_s, carrying)
+    return fix_at(state, *place(track, moved), walker, settings, checks)
 
 
 def dual_ukf(method: str = "dual_ukf", settings: DualSettings | None = None) -> Method:

@@ -17,6 +17,7 @@ from app.estimation.error_state_kalman import fed_back
 from app.estimation.extended_kalman import predict_covariance
 from app.fusion.adaptive_robust_settings import AdaptiveRobustSettings
 from app.fusion.state_codec import storable
+from app.fusion.unseen import drift_m2_per_s
 from app.observations import Step
 from app.pdr.tracker import PdrOutput
 
@@ -119,18 +120,15 @@ def stepped(
     )
 
 
-def aged(track: ErrorTrack, until_s: float, moved: PdrOutput, settings: AdaptiveRobustSettings) -> ErrorTrack:
+def aged(track: ErrorTrack, until_s: float, moved: PdrOutput) -> ErrorTrack:
     """The track after time has passed that no step accounts for: nothing changes for a walker who stands still."""
     seconds = until_s - track.time_s
     if seconds <= 0.0:
         return track
-    blind = moved.inertial_until_s is None or until_s - moved.inertial_until_s > settings.blind_after_s
-    if not blind and (moved.still_since_s is not None or moved.pending_fraction > 0.0):
-        return replace(track, time_s=until_s)
+    growth_m2 = drift_m2_per_s(until_s, moved) * seconds
     covariance = track.covariance.copy()
-    growth = settings.blind_m2_per_s if blind else settings.doubtful_m2_per_s
-    covariance[X, X] += growth * seconds
-    covariance[Y, Y] += growth * seconds
+    covariance[X, X] += growth_m2
+    covariance[Y, Y] += growth_m2
     return replace(track, covariance=covariance, time_s=until_s)
 
 

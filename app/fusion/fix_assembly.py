@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
 
 from app.estimation.arrays import FloatArray
 from app.fusion.interface import SessionStart
+from app.fusion.state_codec import storable
 from app.integrity.protection_level import ACCURACY_SHARE, protection_level_m, radius_holding
 from app.observations import Carrying, Excluded, Fix, Flag, InnovationCheck, Integrity, Motion, Position
+from app.pdr.tracker import PdrOutput
+from app.wifi.floor_decision import FloorBelief
+
+BEYOND_M = 1e6
+"""Stands for a disagreement that is not finite."""
+SHORTEST_STRIDE_S = 0.3
 
 
+@storable
 @dataclass(frozen=True, slots=True)
 class Phases:
     """What integrity monitoring last found.
@@ -39,6 +51,52 @@ class Walker:
     motion: Motion
     carrying: Carrying
 
+    @classmethod
+    def of(
+        cls,
+        moved: PdrOutput,
+        step_count: int,
+        heading_rad: float | None = None,
+        stride_m: float | None = None,
+        stride_s: float = 1.0,
+        carrying: Carrying | None = None,
+    ) -> Walker:
+        """By dead reckoning. stride_m, stride_s : of the newest step, as the method scales it; None where it says
+        nothing.  carrying : where the method knows better."""
+        speed_mps = None
+        if stride_m is not None and moved.motion is not Motion.UNKNOWN:
+            speed_mps = 0.0 if moved.motion is Motion.STILL else stride_m / max(stride_s, SHORTEST_STRIDE_S)
+        return cls(heading_rad, speed_mps, step_count, moved.motion, moved.carrying if carrying is None else carrying)
+
+
+class Positioned(Protocol):
+    """Of a method's state: what the answer needs beside the track."""
+
+    @property
+    def start(self) -> SessionStart: ...
+
+    @property
+    def time_s(self) -> float | None: ...
+
+    @property
+    def floor(self) -> FloorBelief | None: ...
+
+    @property
+    def radio_s(self) -> float | None: ...
+
+    @property
+    def phases(self) -> Phases: ...
+
+
+class Telling(Protocol):
+    """Of a method's settings: silent_after_s without a usable scan the track coasts.  tail : as of Estimate."""
+
+    @property
+    def silent_after_s(self) -> float: ...
+
+    @property
+    def tail(self) -> float: ...
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Estimate:
@@ -64,6 +122,18 @@ def flag_of(phases: Phases, coasting: bool) -> Flag:
     if phases.if2:
         return Flag.OUTLIER
     return Flag.CORRECTED if phases.if1 else Flag.NOMINAL
+
+
+def length_of_m(innovation_m: FloatArray) -> float:
+    """Of a disagreement (2,); BEYOND_M of one that is not finite."""
+    apart_m = float(np.hypot(*innovation_m))
+    return apart_m if math.isfinite(apart_m) else BEYOND_M
+
+
+def taken_out(apart_m: float, again: bool, observation: str = "wifi") -> Excluded:
+    """An observation that was taken out, and why. again : it was not the only one lately."""
+    times = "again and again" if again else "this once"
+    return Excluded(f"{apart_m:.0f} m from where the steps lead, {times}", observation=observation)
 
 
 def no_fix(start: SessionStart, time_s: float | None, walker: Walker) -> Fix:
@@ -127,3 +197,20 @@ def assembled_fix(
         integrity=integrity,
         checks=checks,
     )
+
+
+def fix_at(
+    state: Positioned,
+    xy_m: FloatArray,
+    covariance_m2: FloatArray,
+    walker: Walker,
+    settings: Telling,
+    checks: tuple[InnovationCheck, ...],
+) -> Fix:
+    """The answer of a track that is at a place (2,) with a covariance (2, 2); none before the first usable scan."""
+    if state.floor is None or state.radio_s is None or state.time_s is None:
+        return no_fix(state.start, state.time_s, walker)
+    position = Position(float(xy_m[0]), float(xy_m[1]), state.floor.floor)
+    estimate = Estimate(position, covariance_m2, settings.tail)
+    coasting = state.time_s - state.radio_s > settings.silent_after_s
+    return assembled_fix(state.start, state.time_s, estimate, walker, state.phases, coasting, checks)

@@ -14,7 +14,6 @@ import numpy as np
 from app.estimation.angles import wrap
 from app.estimation.arrays import FloatArray
 from app.fusion.state_codec import storable
-from app.fusion.walking_track import Track, headed
 from app.observations import Step
 
 LEAST_WALKED_M = 12.0
@@ -60,10 +59,3 @@ def found(search: HeadingSearch, at_m: FloatArray, sigma_m: float) -> tuple[floa
         return None
     turned = math.atan2(way[0], way[1]) - math.atan2(search.walked_m[0], search.walked_m[1])
     return wrap(search.heading_rad + turned), min(math.sqrt(2.0) * sigma_m / way_m, 1.0)
-
-
-def sought(track: Track, search: HeadingSearch) -> tuple[Track, HeadingSearch]:
-    """The track with a heading where fixes and steps have given it away, and the search from there on."""
-    search = begun_at(search, track.mean[:2])
-    heading = found(search, track.mean[:2], math.sqrt(float(np.trace(track.covariance[:2, :2])) / 2.0))
-    return (track, search) if heading is None else (headed(track, *heading, by_phone=False), HeadingSearch())

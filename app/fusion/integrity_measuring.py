@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Protocol
 
 import numpy as np
 
 from app.estimation.arrays import FloatArray, IntArray
 from app.fusion import walking_ukf as ukf
-from app.fusion.fix_assembly import Phases
+from app.fusion.fix_assembly import Phases, length_of_m, taken_out
 from app.fusion.integrity_settings import IntegritySettings
-from app.fusion.walking_track import Track, headed, stepped
-from app.integrity.fault_detection import Monitored, monitored_update
+from app.fusion.walking_track import Track, TrackSettings, headed, stepped
+from app.integrity.fault_detection import Monitored, MonitorSettings, monitored_update
 from app.observations import Excluded, InnovationCheck, Step
 from app.wifi.match import Match
 
@@ -20,6 +21,16 @@ BY_WIFI: IntArray = np.array([ukf.OF_WIFI_X, ukf.OF_WIFI_Y])
 _HEADING: IntArray = np.array([ukf.OF_HEADING])
 _STEP: IntArray = np.array([ukf.OF_LENGTH, ukf.OF_TURN, ukf.OF_HEADING])
 _STEP_BLIND: IntArray = np.array([ukf.OF_LENGTH, ukf.OF_TURN])
+
+
+class Measuring(Protocol):
+    """Of a method's settings: how measurements are tested and fused."""
+
+    @property
+    def track(self) -> TrackSettings: ...
+
+    @property
+    def monitor(self) -> MonitorSettings: ...
 
 
 def measure(
@@ -31,7 +42,7 @@ def measure(
     noise: FloatArray,
     before: FloatArray,
     forward_m: float,
-    settings: IntegritySettings,
+    settings: Measuring,
 ) -> tuple[Monitored, InnovationCheck]:
     """Test and fuse one measurement.
 
@@ -76,9 +87,7 @@ def after_step(
 
 def noise_of(match: Match, settings: IntegritySettings) -> tuple[FloatArray, float]:
     """Independent noise (2, 2) of a fix, and the variance of its lasting error in each direction."""
-    scatter, error = match.covariance_m2, settings.error
-    variance_m2 = error.least_m2 + error.scatter * float(np.trace(scatter)) / 2.0
-    variance_m2 += error.distance_m2 * match.signal_distance**2
+    error, variance_m2 = settings.error, settings.error.variance_m2(match)
     independent = (1.0 - error.lasting) * variance_m2 * np.eye(2)
     return independent, error.lasting * variance_m2
 
@@ -88,9 +97,7 @@ def phases_of(tested: Monitored, check: InnovationCheck, fault: bool) -> Phases:
     excluded: tuple[Excluded, ...] = ()
     apart_m = 0.0
     if tested.if2:
-        apart_m = float(np.hypot(*check.innovation[:2]))
-        apart_m = apart_m if math.isfinite(apart_m) else 1e6
-        times = "again and again" if fault else "this once"
-        excluded = (Excluded(f"{apart_m:.0f} m from where the steps lead, {times}", observation="wifi"),)
+        apart_m = length_of_m(check.innovation[:2])
+        excluded = (taken_out(apart_m, fault),)
     statistic = tested.statistic if math.isfinite(tested.statistic) else None
     return Phases(tested.if1, tested.if2, int(fault), statistic, tested.threshold, apart_m, excluded)

@@ -4,25 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from app.fusion.scan_matching import Matcher
+from app.fusion.scan_matching import FixError, Matcher
 from app.fusion.walking_track import TrackSettings
 from app.integrity.fault_detection import MonitorSettings
-
-
-@dataclass(frozen=True, slots=True)
-class FixError:
-    """Variance of a WiFi fix in each direction: least_m2 + scatter * that of its neighbours + distance_m2 * d^2.
-
-    d is the signal distance to the best neighbour, in the matcher's unit: a scan unlike anything surveyed was taken
-    elsewhere. lasting : share of the variance that stays the same for as long as the surroundings do.
-    Least squares over the scans of folds 1-4 of the mall walks, lasting from their correlation in time (baselines).
-    """
-
-    least_m2: float = 8.0
-    scatter: float = 0.7
-    distance_m2: float = 300.0
-    lasting: float = 0.8
-
 
 WEIBULL_ERROR = FixError(2.0, 0.6, 3.4)
 

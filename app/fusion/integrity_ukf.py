@@ -16,12 +16,12 @@ from app.estimation.arrays import FloatArray
 from app.fusion import walking_ukf as ukf
 from app.fusion.advancing import Findings, advanced
 from app.fusion.batch_events import Event, knows_turns
-from app.fusion.fix_assembly import Estimate, Phases, Walker, assembled_fix, no_fix
+from app.fusion.fix_assembly import Phases, Walker, fix_at, no_fix
 from app.fusion.floor_choice import chosen_floor
-from app.fusion.heading_search import HeadingSearch, sought, walked
+from app.fusion.heading_search import HeadingSearch, begun_at, found, walked
 from app.fusion.integrity_measuring import BY_WIFI, after_step, measure, noise_of, phases_of
 from app.fusion.integrity_settings import IntegritySettings
-from app.fusion.interface import START_SIGMA_M, Method, SessionStart, Site
+from app.fusion.interface import Method, SessionStart, Site
 from app.fusion.scan_matching import match_scan
 from app.fusion.state_codec import storable
 from app.fusion.walking_track import (
@@ -29,12 +29,13 @@ from app.fusion.walking_track import (
     aged,
     ahead_m,
     begun,
+    begun_at_prior,
+    headed,
     place,
-    speed_mps,
-    unbiased,
+    scale_of,
 )
 from app.integrity.fault_detection import is_fault, streak_after
-from app.observations import Batch, Fix, InnovationCheck, Position, RadioFix, WifiScan
+from app.observations import Batch, Fix, InnovationCheck, RadioFix, WifiScan
 from app.pdr.tracker import PdrOutput, PdrState, initial_pdr_state
 from app.wifi.floor_decision import FloorBelief
 
@@ -61,9 +62,6 @@ class IntegrityState:
     step_count: int = 0
 
 
-storable(Phases)
-
-
 def start(session: SessionStart) -> IntegrityState:
     """The state of a session that has reported nothing."""
     return IntegrityState(session, initial_pdr_state())
@@ -85,10 +83,8 @@ def _moved(
 ) -> IntegrityState:
     """Steps and time that passed since the event before."""
     track, search, steps = state.track, state.search, event.moved.steps
-    if track is None and state.start.start is not None and event.time_s is not None:
-        prior, noise = state.start.start, START_SIGMA_M**2 * np.eye(2)
-        track = begun(np.array([prior.x_m, prior.y_m]), noise, settings.error.least_m2, event.time_s, settings.track)
-        track = unbiased(track, noise)
+    if track is None and state.start.prior_m is not None and event.time_s is not None:
+        track = begun_at_prior(state.start.prior_m, settings.error.least_m2, event.time_s, settings.track)
     if track is not None:
         turns = knows_turns(event)
         for step in steps if settings.use_steps else ():
@@ -116,13 +112,13 @@ def _scanned(
     if match is None or state.time_s is None:
         return state
     now_s = state.time_s
-    told = state.start.floor if state.start.start is None else state.start.start.floor
-    floor = chosen_floor(state.floor, told, site.radio_map, site, match)
+    hint = state.start.floor_hint
+    floor = chosen_floor(state.floor, hint, site.radio_map, site, match)
     if floor.decided != match.floor:
         match = match_scan(site.radio_map, scan, settings.matcher, settings.least_known, floor.floor)
         if match is None:
             return state
-    changed = floor.floor != (told if state.floor is None else state.floor.floor)
+    changed = floor.floor != (hint if state.floor is None else state.floor.floor)
     state = replace(state, floor=floor, radio_s=scan.time_s)
     noise, bias_m2 = noise_of(match, settings)
     heard = RadioFix(scan.time_s, floor.floor, match.xy_m, noise, bias_m2, match.signal_distance, fits=True)
@@ -147,7 +143,7 @@ def _scanned(
         track = begun(match.xy_m, noise, bias_m2, now_s, settings.track, track)
         return replace(state, track=track, search=HeadingSearch(), streak=0, apart_m=None, phases=phases)
     track = replace(track, mean=tested.mean, covariance=tested.covariance)
-    track, search = (track, state.search) if track.headed else sought(track, state.search)
+    track, search = (track, state.search) if track.headed else _sought(track, state.search)
     return replace(state, track=track, search=search, streak=streak, apart_m=apart_m, phases=phases)
 
 
@@ -165,19 +161,23 @@ def _agree(
     return float(np.hypot(*(one_m - other_m))) <= settings.agree_sigmas * sigma_m
 
 
+def _sought(track: Track, search: HeadingSearch) -> tuple[Track, HeadingSearch]:
+    """The track with a heading where fixes and steps have given it away, and the search from there on."""
+    search = begun_at(search, track.mean[:2])
+    heading = found(search, track.mean[:2], math.sqrt(float(np.trace(track.covariance[:2, :2])) / 2.0))
+    return (track, search) if heading is None else (headed(track, *heading, by_phone=False), HeadingSearch())
+
+
 def _fix(
     state: IntegrityState, moved: PdrOutput, checks: tuple[InnovationCheck, ...], settings: IntegritySettings
 ) -> Fix:
     track = state.track
-    if track is None or state.floor is None or state.radio_s is None or state.time_s is None:
-        walker = Walker(None, None, state.step_count, moved.motion, moved.carrying)
-        return no_fix(state.start, state.time_s, walker)
+    if track is None:
+        return no_fix(state.start, state.time_s, Walker.of(moved, state.step_count))
     heading_rad = float(track.mean[ukf.HEADING]) if track.headed else None
-    walker = Walker(heading_rad, speed_mps(track, moved), state.step_count, moved.motion, moved.carrying)
-    xy_m, covariance = place(track, moved)
-    estimate = Estimate(Position(float(xy_m[0]), float(xy_m[1]), state.floor.floor), covariance, settings.tail)
-    coasting = state.time_s - state.radio_s > settings.silent_after_s
-    return assembled_fix(state.start, state.time_s, estimate, walker, state.phases, coasting, checks)
+    stride_m = scale_of(track) * track.stride_m
+    walker = Walker.of(moved, state.step_count, heading_rad, stride_m, track.stride_s)
+    return fix_at(state, *place(track, moved), walker, settings, checks)
 
 
 def integrity_ukf(method: str = "integrity_ukf", settings: IntegritySettings | None = None) -> Method:

@@ -6,6 +6,9 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
+from app.estimation.arrays import FloatArray
 from app.floorplan.free_space import NO_PLAN, FreeSpace, free_space
 from app.floorplan.georeference import Georeference
 from app.observations import Batch, Fix, Position
@@ -65,6 +68,16 @@ class SessionStart:
     risk: float = 0.01
     floor: str | None = None
     start: Position | None = None
+
+    @property
+    def floor_hint(self) -> str | None:
+        """The floor that the phone says it is on."""
+        return self.floor if self.start is None else self.start.floor
+
+    @property
+    def prior_m(self) -> FloatArray | None:
+        """(2,) where the phone says it starts, None where it does not say."""
+        return None if self.start is None else np.array([self.start.x_m, self.start.y_m])
 
 
 START_SIGMA_M = 5.0 / 1.5096

@@ -15,6 +15,7 @@ from app.floorplan.free_space import FreeSpace
 from app.fusion import cloud_kernels as kernels
 from app.fusion.cloud_settings import CloudSettings
 from app.fusion.state_codec import storable
+from app.fusion.unseen import BLIND_SPEED_MPS, drift_m2_per_s, is_blind
 from app.pdr.tracker import PdrOutput
 from app.pdr.turn_doubt import LedStep
 
@@ -143,13 +144,10 @@ def aged(cloud: Cloud, until_s: float, moved: PdrOutput, settings: CloudSettings
     seconds = until_s - cloud.time_s
     if seconds <= 0.0:
         return cloud
-    blind = moved.inertial_until_s is None or until_s - moved.inertial_until_s > settings.blind_after_s
-    if not blind and (moved.still_since_s is not None or moved.pending_fraction > 0.0):
-        return replace(cloud, time_s=until_s)
-    unseen_m2 = cloud.unseen_m2 + seconds * (settings.blind_m2_per_s if blind else settings.doubtful_m2_per_s)
-    if not blind:
+    unseen_m2 = cloud.unseen_m2 + seconds * drift_m2_per_s(until_s, moved)
+    if not is_blind(until_s, moved):
         return replace(cloud, unseen_m2=unseen_m2, time_s=until_s)
-    kept = math.exp(-settings.blind_speed_mps * seconds / settings.bias_reach_m)
+    kept = math.exp(-BLIND_SPEED_MPS * seconds / settings.bias_reach_m)
     particles = cloud.particles.copy()
     particles[:, kernels.WIFI_X :] *= np.float32(kept)
     bias_m2 = cloud.bias_m2 * kept * kept + cloud.lasting_m2 * (1.0 - kept * kept)

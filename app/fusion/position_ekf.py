@@ -18,15 +18,12 @@ from app.estimation.arrays import FloatArray
 from app.estimation.extended_kalman import correct, predict_covariance
 from app.fusion.state_codec import storable
 from app.fusion.two_stage_settings import PositionNoise
+from app.fusion.unseen import drift_m2_per_s
 from app.pdr.tracker import PdrOutput
 
 X, Y, LENGTH, HEADING = range(4)
 LOST_SHARE = 5.0
 """Variance of a step in an unknown direction, in squared step lengths: steps go on in the direction of those before."""
-BLIND_M2_PER_S, BLIND_AFTER_S = 6.0, 2.0
-"""Growth of the variance in each direction for a phone whose steps nobody counts."""
-DOUBTFUL_M2_PER_S = 0.05
-"""The same while a phone moves and yet makes no steps."""
 
 
 @storable
@@ -109,13 +106,6 @@ def aged(track: StepTrack, until_s: float, moved: PdrOutput) -> StepTrack:
     covariance[X, X] += growth_m2
     covariance[Y, Y] += growth_m2
     return replace(track, covariance=covariance, time_s=until_s)
-
-
-def drift_m2_per_s(until_s: float, moved: PdrOutput) -> float:
-    """How fast a place gets less certain, in each direction, beside what steps account for."""
-    if moved.inertial_until_s is None or until_s - moved.inertial_until_s > BLIND_AFTER_S:
-        return BLIND_M2_PER_S
-    return 0.0 if moved.still_since_s is not None or moved.pending_fraction > 0.0 else DOUBTFUL_M2_PER_S
 
 
 def place(track: StepTrack, moved: PdrOutput) -> tuple[FloatArray, FloatArray]:

@@ -14,11 +14,10 @@ from app.estimation.innovation import f_threshold, normalised_square
 from app.floorplan.openness import Surroundings
 from app.fusion.adaptive_robust_settings import AdaptiveRobustSettings
 from app.fusion.error_track import ErrorTrack, place, put_right
-from app.fusion.fix_assembly import Phases
+from app.fusion.fix_assembly import BEYOND_M, Phases
 from app.observations import Excluded, InnovationCheck
 from app.pdr.tracker import PdrOutput
 from app.pdr.walking_context import Pace, WalkingContext
-from app.wifi.match import Match
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,13 +38,6 @@ def process_noise(context: WalkingContext, surroundings: Surroundings, settings:
     return np.square([position_m, position_m, length_m, heading_rad])
 
 
-def error_variance_m2(match: Match, settings: AdaptiveRobustSettings) -> float:
-    """Variance of a fix in each direction, from the scatter of its neighbours and how unlike the scan they are."""
-    error = settings.error
-    scatter_m2 = float(np.trace(match.covariance_m2)) / 2.0
-    return error.least_m2 + error.scatter * scatter_m2 + error.distance_m2 * match.signal_distance**2
-
-
 def robust_update(
     track: ErrorTrack,
     time_s: float,
@@ -64,7 +56,7 @@ def robust_update(
     sigma = np.sqrt(np.diag(spread))
     threshold = f_threshold(len(innovation), settings.significance)
     if not (np.isfinite(innovation).all() and np.isfinite(spread).all()):
-        phases = Phases(1, 1, 0, None, threshold, 1e6, (Excluded("not a place", observation="wifi"),))
+        phases = Phases(1, 1, 0, None, threshold, BEYOND_M, (Excluded("not a place", observation="wifi"),))
         check = InnovationCheck("wifi", time_s, innovation, sigma, math.inf, threshold, True, False)
         return Updated(track, phases, check)
     statistic = normalised_square(innovation, spread) / len(innovation)

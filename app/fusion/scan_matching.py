@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
@@ -20,6 +21,26 @@ LASTING = 0.6
 HEAVY_TAILS = 1.6
 """By what a variance that is the same for every scan is multiplied in evidence: errors of such fixes are seldom large,
 but then for long. With it levels of smoothed tracks hold what those at the time did, on folds 1-4."""
+
+
+@dataclass(frozen=True, slots=True)
+class FixError:
+    """Variance of a WiFi fix in each direction: least_m2 + scatter * that of its neighbours + distance_m2 * d^2.
+
+    d is the signal distance to the best neighbour, in the matcher's unit: a scan unlike anything surveyed was taken
+    elsewhere. lasting : share of the variance that stays the same for as long as the surroundings do.
+    Least squares over the scans of folds 1-4 of the mall walks, lasting from their correlation in time (baselines).
+    """
+
+    least_m2: float = 8.0
+    scatter: float = 0.7
+    distance_m2: float = 300.0
+    lasting: float = 0.8
+
+    def variance_m2(self, match: Match) -> float:
+        """Of the fix of a match."""
+        scatter_m2 = float(np.trace(match.covariance_m2)) / 2.0
+        return self.least_m2 + self.scatter * scatter_m2 + self.distance_m2 * match.signal_distance**2
 
 
 class Matcher(StrEnum):

@@ -12,6 +12,7 @@ import numpy as np
 
 from app.estimation.angles import wrap_all
 from app.estimation.arrays import FloatArray, IntArray
+from app.fusion.unseen import BLIND_M2_PER_S, BLIND_SPEED_MPS
 from app.fusion.walk_timeline import Timeline
 
 X, Y, HEADING, LOG_SCALE, ASKEW, ERROR_X, ERROR_Y = range(7)
@@ -44,8 +45,6 @@ class SmoothingSettings:
     bias_reach_m: float = 12.0
     lost_share: float = 5.0
     unknown_turn_rad: float = 1.0
-    blind_m2_per_s: float = 6.0
-    blind_speed_mps: float = 0.7
     unlikely: float = 3.0
     doubted_weight: float = 1e-3
     inflation: float = 1.7
@@ -77,10 +76,10 @@ def links_of(line: Timeline, settings: SmoothingSettings) -> Links:
         np.array([getattr(link, name) for link in line.links]) for name in ("turns", "north", "new_floor")
     )
     walked = length_m > 0.0
-    way_m = length_m + settings.blind_speed_mps * blind_s
+    way_m = length_m + BLIND_SPEED_MPS * blind_s
     kept = np.where(new_floor, 0.0, np.exp(-way_m / settings.bias_reach_m))
     moved_m2 = walked * settings.step_sigma_m**2 + ~turns * settings.lost_share * length_m**2
-    moved_m2 += settings.blind_m2_per_s * blind_s + _ANYWHERE_M2 * new_floor
+    moved_m2 += BLIND_M2_PER_S * blind_s + _ANYWHERE_M2 * new_floor
     noise = np.empty((len(length_m), SIZE))
     noise[:, :HEADING] = moved_m2[:, None]
     lost = ~turns | (blind_s > 0.0)

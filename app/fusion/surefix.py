@@ -19,7 +19,7 @@ from app.fusion.access_point_watch import AccessPointWatch, excluded, not_relied
 from app.fusion.advancing import Findings, advanced
 from app.fusion.batch_events import Event, knows_turns
 from app.fusion.beacon_fixes import with_beacons
-from app.fusion.cloud_place import heading_of, place, scale_of, speed_mps
+from app.fusion.cloud_place import heading_of, place, scale_of
 from app.fusion.facing import faced, placed
 from app.fusion.fix_assembly import Estimate, Phases, Walker, assembled_fix, no_fix
 from app.fusion.hearing import after, match_heard
@@ -83,10 +83,9 @@ def _moved(state: SurefixState, event: Event, site: Site, settings: SurefixSetti
     record, steps = led(state.turns, event.moved.steps, knows_turns(event))
     facing, steps = faced(state.facing, steps)
     state = replace(state, turns=record, facing=facing, step_count=state.step_count + len(steps))
-    if track is None and state.start.start is not None and event.time_s is not None:
-        prior, variance_m2 = state.start.start, START_SIGMA_M**2
-        at_m = np.array([prior.x_m, prior.y_m])
-        track = begun(at_m, variance_m2, variance_m2, event.time_s, space, settings.cloud, by_wifi=False)
+    prior_m, variance_m2 = state.start.prior_m, START_SIGMA_M**2
+    if track is None and prior_m is not None and event.time_s is not None:
+        track = begun(prior_m, variance_m2, variance_m2, event.time_s, space, settings.cloud, by_wifi=False)
         state = replace(state, prior_only=True)
 
     def walked(cloud: Cloud) -> Cloud:
@@ -104,8 +103,7 @@ def _moved(state: SurefixState, event: Event, site: Site, settings: SurefixSetti
 
 def _space(state: SurefixState, site: Site) -> FreeSpace:
     """Where the phone can be on the floor that it is taken to be on."""
-    prior = state.start.start
-    floor = state.floor.floor if state.floor is not None else prior.floor if prior is not None else None
+    floor = state.start.floor_hint if state.floor is None else state.floor.floor
     return NO_PLAN if floor is None else site.space(floor)
 
 
@@ -126,14 +124,14 @@ def _scanned(
     found = known()
     if found is None or (state.track is None and found.match.signal_distance >= settings.unlike):
         return state
-    told = state.start.floor if state.start.start is None else state.start.start.floor
-    storeys, floor = heard(state.storeys, state.floor, told, site.radio_map, site, found.match, now_s)
+    hint = state.start.floor_hint
+    storeys, floor = heard(state.storeys, state.floor, hint, site.radio_map, site, found.match, now_s)
     if floor.decided != found.match.floor:
         found = known(floor.floor)
         if found is None:
             return state
     match = found.match
-    changed = floor.floor != (told if state.floor is None else state.floor.floor)
+    changed = floor.floor != (hint if state.floor is None else state.floor.floor)
     calibration = calibration_of(site.radio_map)
     variance_m2 = calibration.variance_m2(match, settings.distance_weight)
     lasting_m2 = settings.lasting * variance_m2
@@ -213,9 +211,9 @@ def _fix(
 ) -> Fix:
     track, risk = state.track, state.start.risk
     if track is None or state.floor is None or state.heard_s is None or state.time_s is None:
-        walker = Walker(None, None, state.step_count, moved.motion, moved.carrying)
-        return no_fix(state.start, state.time_s, walker)
-    walker = Walker(heading_of(track), speed_mps(track, moved), state.step_count, moved.motion, moved.carrying)
+        return no_fix(state.start, state.time_s, Walker.of(moved, state.step_count))
+    stride_m = scale_of(track) * track.stride_m
+    walker = Walker.of(moved, state.step_count, heading_of(track), stride_m, track.stride_s)
     here, learnt = place(track, moved), DEFAULT if site.radio_map is None else calibration_of(site.radio_map)
     level_m = settings.level_m(here, risk, learnt)
     estimate = Estimate(

@@ -10,7 +10,7 @@ from app.estimation.arrays import FloatArray
 from app.estimation.innovation import normalised_square
 from app.floorplan.free_space import FreeSpace
 from app.fusion.cloud_fusing import expected, fused
-from app.fusion.fix_assembly import Phases
+from app.fusion.fix_assembly import Phases, taken_out
 from app.fusion.hearing import HeardMatch
 from app.fusion.particle_cloud import NOWHERE, Cloud, begun
 from app.fusion.surefix_settings import SurefixSettings
@@ -92,8 +92,7 @@ def phases_of(first: TestedFix, if1: int, if2: int, if3: int) -> Phases:
     """What a scan's test means for the Fix."""
     excluded: tuple[Excluded, ...] = ()
     if if2:
-        times = "again and again" if if3 else "this once"
-        excluded = (Excluded(f"{first.apart_m:.0f} m from where the steps lead, {times}", observation="wifi"),)
+        excluded = (taken_out(first.apart_m, bool(if3)),)
     return Phases(if1, if2, if3, first.statistic, first.check.threshold, 0.0, excluded)
 
 

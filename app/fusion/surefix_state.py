@@ -19,8 +19,7 @@ from app.pdr.tracker import PdrState
 from app.pdr.turn_doubt import TurnRecord
 from app.wifi.floor_decision import FloorBelief
 
-for _kind in (Phases, TurnRecord):
-    storable(_kind)
+storable(TurnRecord)
 
 
 @storable

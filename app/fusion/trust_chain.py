@@ -15,15 +15,15 @@ from app.estimation.arrays import FloatArray, IntArray
 from app.fusion.advancing import Findings, advanced
 from app.fusion.batch_events import Event
 from app.fusion.chain import Chain, aged, ahead_m, begun, fused, north_found, stepped
-from app.fusion.fix_assembly import Estimate, Phases, Walker, assembled_fix, no_fix
+from app.fusion.fix_assembly import Phases, Walker, fix_at, no_fix
+from app.fusion.fix_trial import tried
 from app.fusion.floor_choice import chosen_floor
 from app.fusion.interface import START_SIGMA_M, Method, SessionStart, Site
 from app.fusion.scan_matching import HEAVY_TAILS, said
-from app.fusion.scan_watch import watched
 from app.fusion.state_codec import storable
 from app.fusion.trust_chain_settings import Fusion, TrustChainSettings
 from app.fusion.trust_state import Trust, state_after, weight_of, within_trusted_area
-from app.observations import Batch, Fix, InnovationCheck, Motion, Position, WifiScan
+from app.observations import Batch, Fix, InnovationCheck, WifiScan
 from app.pdr.motion_state import ShakingState, advance_shaking
 from app.pdr.tracker import PdrOutput, PdrState, initial_pdr_state
 from app.wifi.floor_decision import FloorBelief
@@ -55,8 +55,7 @@ class TrustChainState:
     step_count: int = 0
 
 
-for _kind in (Phases, ShakingState):
-    storable(_kind)
+storable(ShakingState)
 
 
 def start(session: SessionStart) -> TrustChainState:
@@ -84,9 +83,8 @@ def _moved(state: TrustChainState, event: Event, settings: TrustChainSettings) -
     chain, moved = state.chain, event.moved
     if settings.fusion is Fusion.WIFI_ONLY:
         moved = replace(moved, steps=(), inertial_until_s=None)
-    if chain is None and state.start.start is not None and event.time_s is not None:
-        prior = state.start.start
-        chain = begun(np.array([prior.x_m, prior.y_m]), START_SIGMA_M, event.time_s)
+    if chain is None and state.start.prior_m is not None and event.time_s is not None:
+        chain = begun(state.start.prior_m, START_SIGMA_M, event.time_s)
     if chain is not None:
         for step in moved.steps:
             chain = stepped(chain, step, event, settings)
@@ -112,13 +110,13 @@ def _scanned(
     match = match_among(radio_map, loud, points, settings.signal)
     if match is None or match.known < settings.least_known:
         return state
-    told = state.start.floor if state.start.start is None else state.start.start.floor
-    floor = chosen_floor(state.floor, told, radio_map, site, match)
+    hint = state.start.floor_hint
+    floor = chosen_floor(state.floor, hint, radio_map, site, match)
     if floor.decided != match.floor:
         match = match_among(radio_map, loud, points, settings.signal, floor.decided)
         if match is None:
             return state
-    changed = floor.floor != (told if state.floor is None else state.floor.floor)
+    changed = floor.floor != (hint if state.floor is None else state.floor.floor)
     state = replace(state, floor=floor, radio_s=scan.time_s)
     chain = state.chain
     if chain is None or changed:
@@ -127,7 +125,7 @@ def _scanned(
 
     steps_m = chain.at_m + ahead_m(chain, moved)
     spread_m2 = (chain.sigma_m**2 + settings.fix_sigma_m**2) * np.eye(2)
-    seen = watched(scan.time_s, match.xy_m - steps_m, spread_m2, state.streak, settings.watch)
+    seen = tried(scan.time_s, match.xy_m - steps_m, spread_m2, state.streak, settings.trial)
     findings.checks.append(seen.check)
     findings.evidence.append(said(scan, floor.floor, match, HEAVY_TAILS * settings.fix_sigma_m**2, seen.passed))
     if seen.fault:
@@ -179,17 +177,11 @@ def _fix(
     state: TrustChainState, moved: PdrOutput, checks: tuple[InnovationCheck, ...], settings: TrustChainSettings
 ) -> Fix:
     chain = state.chain
-    if chain is None or state.floor is None or state.radio_s is None or state.time_s is None:
-        walker = Walker(None, None, state.step_count, moved.motion, moved.carrying)
-        return no_fix(state.start, state.time_s, walker)
-    still, speed_mps = moved.motion is Motion.STILL, chain.stride_m / max(chain.stride_s, 0.3)
-    speed = None if moved.motion is Motion.UNKNOWN else 0.0 if still else speed_mps
-    walker = Walker(chain.heading_rad, speed, state.step_count, moved.motion, moved.carrying)
-    x_m, y_m = (chain.at_m + ahead_m(chain, moved)).tolist()
+    if chain is None:
+        return no_fix(state.start, state.time_s, Walker.of(moved, state.step_count))
+    walker = Walker.of(moved, state.step_count, chain.heading_rad, chain.stride_m, chain.stride_s)
     spread_m2 = (chain.sigma_m**2 + settings.lasting_m2) * np.eye(2)
-    estimate = Estimate(Position(x_m, y_m, state.floor.floor), spread_m2, settings.tail)
-    coasting = state.time_s - state.radio_s > settings.silent_after_s
-    return assembled_fix(state.start, state.time_s, estimate, walker, state.phases, coasting, checks)
+    return fix_at(state, chain.at_m + ahead_m(chain, moved), spread_m2, walker, settings, checks)
 
 
 def trust_chain(method: str = "trust_chain", settings: TrustChainSettings | None = None) -> Method:

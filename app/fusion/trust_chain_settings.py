@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
-from app.fusion.scan_watch import WatchSettings
+from app.fusion.fix_trial import TrialSettings
 from app.wifi.moving_signals import PLAIN, SignalSettings
 
 
@@ -28,7 +28,7 @@ class TrustChainSettings:
     the unit of TC, a property of the site: the paper's 2.68, on the mall walks 7.2; ours stands between.
     unlocked_from : TC at which the chain is unlocked.
     most_mistrust : TC grows no further; a fix weighs 1 - 1 / 1001 then.
-    watch : of the fixes.  fix_sigma_m, trusted_sigma_m : of a fix in each direction, by which it is tested and a chain
+    trial : of the fixes.  fix_sigma_m, trusted_sigma_m : of a fix in each direction, by which it is tested and a chain
     begins, and of a trusted one.  step_sigma : growth of the position's standard deviation per metre.
     lasting_m2 : variance in each direction that no agreement takes away.
     These five are ours, the paper knows no covariance: from the errors on folds 1-4 of the mall walks, by trust state.
@@ -45,7 +45,7 @@ class TrustChainSettings:
     fix_error_m: float = 4.0
     unlocked_from: float = 1.0
     most_mistrust: float = 1000.0
-    watch: WatchSettings = field(default_factory=WatchSettings)
+    trial: TrialSettings = field(default_factory=TrialSettings)
     fix_sigma_m: float = 5.0
     trusted_sigma_m: float = 3.2
     step_sigma: float = 0.08
@@ -56,7 +56,7 @@ class TrustChainSettings:
 
 
 _OURS = TrustChainSettings()
-_WIFI = replace(_OURS, fusion=Fusion.WIFI_ONLY, watch=WatchSettings(watched=False))
+_WIFI = replace(_OURS, fusion=Fusion.WIFI_ONLY, trial=TrialSettings(tested=False))
 TRUST_CHAIN_ABLATIONS: dict[str, TrustChainSettings] = {
     "trust_chain_cross_assistive": replace(_OURS, fusion=Fusion.CROSS_ASSISTIVE),
     "trust_chain_wifi_alone": _WIFI,

@@ -16,18 +16,18 @@ from app.estimation.arrays import FloatArray
 from app.fusion import position_ekf as ekf
 from app.fusion.advancing import Findings, advanced
 from app.fusion.batch_events import Event, knows_turns
-from app.fusion.fix_assembly import Estimate, Phases, Walker, assembled_fix, no_fix
+from app.fusion.fix_assembly import Phases, Walker, fix_at, no_fix
+from app.fusion.fix_trial import tried
 from app.fusion.floor_choice import chosen_floor
 from app.fusion.heading_search import HeadingSearch, walked
 from app.fusion.interface import START_SIGMA_M, Method, SessionStart, Site
 from app.fusion.position_ekf import StepTrack
 from app.fusion.scan_matching import HEAVY_TAILS, said
-from app.fusion.scan_watch import watched
 from app.fusion.state_codec import storable
 from app.fusion.two_stage_measuring import after_direction, after_step, sought
 from app.fusion.two_stage_settings import TwoStageSettings
 from app.fusion.wifi_direction import FIXES
-from app.observations import Batch, Fix, InnovationCheck, Motion, Position, WifiScan
+from app.observations import Batch, Fix, InnovationCheck, WifiScan
 from app.pdr.attitude_ekf import EulerState, advance_attitude
 from app.pdr.tracker import PdrOutput, PdrState, initial_pdr_state
 from app.pdr.turn_detection import last_turn_s, straight_since
@@ -66,7 +66,7 @@ class TwoStageState:
     step_count: int = 0
 
 
-for _kind in (Phases, EulerState, SearchState, Partition):
+for _kind in (EulerState, SearchState, Partition):
     storable(_kind)
 
 
@@ -93,9 +93,8 @@ def _moved(
 ) -> TwoStageState:
     """Steps and time that passed since the event before."""
     track, north, moved = state.track, state.north, event.moved
-    if track is None and state.start.start is not None and event.time_s is not None:
-        prior = state.start.start
-        track = ekf.begun(np.array([prior.x_m, prior.y_m]), START_SIGMA_M**2, event.time_s, settings.position)
+    if track is None and state.start.prior_m is not None and event.time_s is not None:
+        track = ekf.begun(state.start.prior_m, START_SIGMA_M**2, event.time_s, settings.position)
     if track is not None:
         turns = knows_turns(event)
         for step in moved.steps if settings.use_steps else ():
@@ -125,8 +124,7 @@ def _scanned(
 ) -> TwoStageState:
     if site.radio_map is None or state.time_s is None or (state.radio_s is not None and not settings.use_scans):
         return state
-    before = state.start.floor if state.start.start is None else state.start.start.floor
-    before = before if state.floor is None else state.floor.floor
+    before = state.start.floor_hint if state.floor is None else state.floor.floor
     state, match = _matched(state, fresh_readings(scan), before, site.radio_map, site, settings)
     floor, track = state.floor, state.track
     if match is None or floor is None:
@@ -138,7 +136,7 @@ def _scanned(
     xy_m, jacobian = ekf.place(track, moved)
     innovation = match.xy_m - xy_m
     spread = jacobian @ track.covariance @ jacobian.T + settings.error_m2 * np.eye(2)
-    seen = watched(scan.time_s, innovation, spread, state.streak, settings.watch)
+    seen = tried(scan.time_s, innovation, spread, state.streak, settings.trial)
     findings.checks.append(seen.check)
     findings.evidence.append(said(scan, floor.floor, match, HEAVY_TAILS * settings.error_m2, seen.passed))
     if seen.fault:
@@ -195,22 +193,14 @@ def _fix(
     state: TwoStageState, moved: PdrOutput, checks: tuple[InnovationCheck, ...], settings: TwoStageSettings
 ) -> Fix:
     track = state.track
-    if track is None or state.floor is None or state.radio_s is None or state.time_s is None:
-        walker = Walker(None, None, state.step_count, moved.motion, moved.carrying)
-        return no_fix(state.start, state.time_s, walker)
+    if track is None:
+        return no_fix(state.start, state.time_s, Walker.of(moved, state.step_count))
     heading_rad = float(track.mean[ekf.HEADING]) if track.headed else None
-    walker = Walker(heading_rad, _speed_mps(track, moved), state.step_count, moved.motion, moved.carrying)
+    stride_m = float(track.mean[ekf.LENGTH])
+    walker = Walker.of(moved, state.step_count, heading_rad, stride_m, track.stride_s)
     xy_m, jacobian = ekf.place(track, moved)
     spread = jacobian @ track.covariance @ jacobian.T + settings.lasting_m2 * np.eye(2)
-    estimate = Estimate(Position(float(xy_m[0]), float(xy_m[1]), state.floor.floor), spread, settings.tail)
-    coasting = state.time_s - state.radio_s > settings.silent_after_s
-    return assembled_fix(state.start, state.time_s, estimate, walker, state.phases, coasting, checks)
-
-
-def _speed_mps(track: StepTrack, moved: PdrOutput) -> float | None:
-    if moved.motion is Motion.UNKNOWN:
-        return None
-    return 0.0 if moved.motion is Motion.STILL else float(track.mean[ekf.LENGTH]) / max(track.stride_s, 0.3)
+    return fix_at(state, xy_m, spread, walker, settings, checks)
 
 
 def two_stage_ekf(method: str = "two_stage_ekf", settings: TwoStageSettings | None = None) -> Method:

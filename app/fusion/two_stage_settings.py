@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from app.fusion.scan_watch import WatchSettings
+from app.fusion.fix_trial import TrialSettings
 from app.pdr.attitude_ekf import PAPER_ATTITUDE, AttitudeNoise
 from app.pdr.turn_detection import TURN_RAD
 from app.wifi.match import Match
@@ -49,7 +49,7 @@ class TwoStageSettings:
     attitude, position : noises of the two filters.
     turn_rad : of one step, from which it is a turn.  least_progress_m : over four fixes, for a direction.
     use_direction : False leaves the direction from WiFi out.
-    watch : of the fixes.  error_m2 : variance of a fix in each direction, by which it is tested and a track begins.
+    trial : of the fixes.  error_m2 : variance of a fix in each direction, by which it is tested and a track begins.
     lasting_m2 : variance in each direction that no number of fixes in one place takes away, reported beside the
     filter's own.
     least_known : access points known to the map with which a scan is usable.
@@ -65,7 +65,7 @@ class TwoStageSettings:
     turn_rad: float = TURN_RAD
     least_progress_m: float = 4.0
     use_direction: bool = True
-    watch: WatchSettings = field(default_factory=WatchSettings)
+    trial: TrialSettings = field(default_factory=TrialSettings)
     error_m2: float = 45.0
     lasting_m2: float = 8.0
     least_known: int = 3
@@ -76,19 +76,19 @@ class TwoStageSettings:
 
 
 _OURS = TwoStageSettings()
-_UNWATCHED = WatchSettings(watched=False)
+_UNTESTED = TrialSettings(tested=False)
 _FIVE = replace(_OURS.search, strongest=replace(_OURS.search.strongest, count=5))
 _WIFI = replace(
     _OURS,
     use_steps=False,
-    watch=_UNWATCHED,
+    trial=_UNTESTED,
     position=replace(_OURS.position, fix_m2=1e-6, fix_scatter=0.0),
     lasting_m2=_OURS.error_m2,
 )
 TWO_STAGE_ABLATIONS: dict[str, TwoStageSettings] = {
     "two_stage_ekf_full_search": replace(_OURS, search=replace(_OURS.search, moving=False)),
     "two_stage_ekf_noisy_attitude": replace(_OURS, attitude=PAPER_ATTITUDE),
-    "two_stage_ekf_paper_noise": replace(_OURS, attitude=PAPER_ATTITUDE, position=PAPER_POSITION, watch=_UNWATCHED),
+    "two_stage_ekf_paper_noise": replace(_OURS, attitude=PAPER_ATTITUDE, position=PAPER_POSITION, trial=_UNTESTED),
     "two_stage_ekf_no_direction": replace(_OURS, use_direction=False),
     "two_stage_ekf_five_access_points": replace(_OURS, search=_FIVE),
     "two_stage_wifi_alone": _WIFI,

@@ -12,8 +12,10 @@ import numpy as np
 
 from app.estimation.arrays import FloatArray
 from app.fusion import walking_ukf as ukf
+from app.fusion.interface import START_SIGMA_M
 from app.fusion.state_codec import storable
-from app.observations import Motion, Step
+from app.fusion.unseen import BLIND_SPEED_MPS, drift_m2_per_s, is_blind
+from app.observations import Step
 from app.pdr.tracker import PdrOutput
 
 
@@ -31,10 +33,6 @@ class TrackSettings:
     bias_reach_m : distance over which the error of WiFi fixes is forgotten.
     lost_share : variance of a step in an unknown direction, in squared step lengths; more than 0.5 since steps go on in
     the direction of those before.
-    blind_m2_per_s : growth of the position's variance in each direction for a phone whose steps nobody counts.
-    doubtful_m2_per_s : the same while a phone moves and yet makes no steps.
-    blind_speed_mps : walking speed assumed then, for the WiFi error to change with.
-    blind_after_s : without accelerometer for so long a phone is blind.
     """
 
     alpha: float = 0.65
@@ -49,10 +47,6 @@ class TrackSettings:
     heading_noise_rad: float = 0.5
     bias_reach_m: float = 12.0
     lost_share: float = 5.0
-    blind_m2_per_s: float = 6.0
-    doubtful_m2_per_s: float = 0.05
-    blind_speed_mps: float = 0.7
-    blind_after_s: float = 2.0
 
 
 @storable
@@ -108,8 +102,10 @@ def begun(
     return Track(mean, covariance, bias_variance_m2, False, stride_m, stride_s, time_s)
 
 
-def unbiased(track: Track, noise_m2: FloatArray) -> Track:
-    """A track that begins at a prior, not at a fix: its error has nothing in common with WiFi's."""
+def begun_at_prior(xy_m: FloatArray, bias_variance_m2: float, time_s: float, settings: TrackSettings) -> Track:
+    """A track that begins where the phone says, (2,): its error has nothing in common with WiFi's."""
+    noise_m2 = START_SIGMA_M**2 * np.eye(2)
+    track = begun(xy_m, noise_m2, bias_variance_m2, time_s, settings)
     covariance = track.covariance.copy()
     covariance[:2, :] = covariance[:, :2] = 0.0
     covariance[:2, :2] = noise_m2
@@ -164,15 +160,12 @@ def aged(track: Track, until_s: float, moved: PdrOutput, settings: TrackSettings
     seconds = until_s - track.time_s
     if seconds <= 0.0:
         return track
-    blind = moved.inertial_until_s is None or until_s - moved.inertial_until_s > settings.blind_after_s
-    if not blind and (moved.still_since_s is not None or moved.pending_fraction > 0.0):
-        return replace(track, time_s=until_s)
-    growth = settings.blind_m2_per_s if blind else settings.doubtful_m2_per_s
+    growth_m2 = drift_m2_per_s(until_s, moved) * seconds
     mean, covariance = track.mean, track.covariance.copy()
-    covariance[ukf.X, ukf.X] += growth * seconds
-    covariance[ukf.Y, ukf.Y] += growth * seconds
-    if blind and len(mean) > ukf.PLAIN:
-        kept = math.exp(-settings.blind_speed_mps * seconds / settings.bias_reach_m)
+    covariance[ukf.X, ukf.X] += growth_m2
+    covariance[ukf.Y, ukf.Y] += growth_m2
+    if is_blind(until_s, moved) and len(mean) > ukf.PLAIN:
+        kept = math.exp(-BLIND_SPEED_MPS * seconds / settings.bias_reach_m)
         mean = mean.copy()
         mean[ukf.WIFI_X :] *= kept
         covariance[ukf.WIFI_X :, :] *= kept
@@ -207,12 +200,3 @@ def place(track: Track, moved: PdrOutput) -> tuple[FloatArray, FloatArray]:
 def scale_of(track: Track) -> float:
     """By what the walker's steps are longer than the model says."""
     return math.exp(float(track.mean[ukf.LOG_SCALE])) if len(track.mean) > ukf.PLAIN else 1.0
-
-
-def speed_mps(track: Track, moved: PdrOutput) -> float | None:
-    """Walking speed, 0 of a phone that is still, None where it cannot be told."""
-    if moved.motion is Motion.UNKNOWN:
-        return None
-    if moved.motion is Motion.STILL:
-        return 0.0
-    return scale_of(track) * track.stride_m / max(track.stride_s, 0.3)

@@ -14,6 +14,7 @@ from app.estimation.arrays import FloatArray
 from app.fusion import position_ekf as ekf
 from app.fusion.position_ekf import StepTrack
 from app.fusion.two_stage_settings import PositionNoise
+from app.fusion.unseen import BLIND_M2_PER_S, DOUBTFUL_M2_PER_S
 from app.observations import Carrying, Motion
 from app.pdr.tracker import PdrOutput
 
@@ -110,9 +111,9 @@ def test_the_place_of_a_walk_on_noise_is_as_uncertain_as_the_filter_says() -> No
 @pytest.mark.parametrize(
     ("says", "growth"),
     [
-        (moved(until_s=None), ekf.BLIND_M2_PER_S),
-        (moved(until_s=5.0), ekf.BLIND_M2_PER_S),
-        (moved(), ekf.DOUBTFUL_M2_PER_S),
+        (moved(until_s=None), BLIND_M2_PER_S),
+        (moved(until_s=5.0), BLIND_M2_PER_S),
+        (moved(), DOUBTFUL_M2_PER_S),
         (moved(still_s=2.0), 0.0),
         (moved(pending=0.5), 0.0),
     ],

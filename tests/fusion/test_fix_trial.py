@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pytest
 
-from app.fusion.scan_watch import Watched, WatchSettings, watched
+from app.fusion.fix_trial import TrialSettings, Tried, tried
 
 SPREAD = np.diag([25.0, 25.0])
-OURS = WatchSettings()
+OURS = TrialSettings()
 
 
-def seen_at(metres: float, streak: int = 0, settings: WatchSettings = OURS) -> Watched:
-    return watched(3.0, np.array([metres, 0.0]), SPREAD, streak, settings)
+def seen_at(metres: float, streak: int = 0, settings: TrialSettings = OURS) -> Tried:
+    return tried(3.0, np.array([metres, 0.0]), SPREAD, streak, settings)
 
 
 def test_a_fix_near_by_passes_and_leaves_its_record() -> None:
@@ -40,13 +40,13 @@ def test_several_in_a_row_are_a_fault() -> None:
 
 
 def test_errors_as_large_as_stated_fail_as_often_as_stated() -> None:
-    rng, settings = np.random.default_rng(6), WatchSettings(false_alarm=0.01)
-    failed = sum(not watched(0.0, e, SPREAD, 0, settings).passed for e in rng.normal(0.0, 5.0, (20_000, 2)))
+    rng, settings = np.random.default_rng(6), TrialSettings(false_alarm=0.01)
+    failed = sum(not tried(0.0, e, SPREAD, 0, settings).passed for e in rng.normal(0.0, 5.0, (20_000, 2)))
     assert 150 < failed < 250
 
 
-def test_unwatched_everything_passes_that_is_finite() -> None:
-    settings = WatchSettings(watched=False)
+def test_untested_everything_passes_that_is_finite() -> None:
+    settings = TrialSettings(tested=False)
     assert seen_at(4000.0, settings=settings).passed
-    broken = watched(0.0, np.array([math.nan, 0.0]), SPREAD, 0, settings)
+    broken = tried(0.0, np.array([math.nan, 0.0]), SPREAD, 0, settings)
     assert not broken.passed and broken.phases.statistic is None and math.isfinite(broken.phases.disagreement_m)
