@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.progress import MofNCompleteColumn, Progress, TimeRemainingColumn
 
 from app.errors import InvalidInput
-from app.evaluation.alone import ALONE
+from app.evaluation.alone import ROWS
 from app.evaluation.campaign import Protocol, read_walks, run, walked_in
 from app.evaluation.comparison import OPEN, figures, on_site, plain, steps_walked
 from app.evaluation.comparison_page import page
@@ -29,7 +29,6 @@ from app.fusion.methods import METHODS
 from app.fusion.warm_up import warm_up
 from app.simulation.plan_files import plan_image
 
-ROWS: dict[str, Method] = {**METHODS, **ALONE}
 _DRAWN = (*METHODS, "wifi_alone", "pdr_alone")
 
 # options may follow DIR

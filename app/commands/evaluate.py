@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.progress import MofNCompleteColumn, Progress, TimeRemainingColumn
 
 from app.errors import InvalidInput
-from app.evaluation.alone import ALONE
+from app.evaluation.alone import ROWS
 from app.evaluation.campaign import Protocol, read_walks, run, walked_in
 from app.evaluation.integrity import integrity
 from app.evaluation.late_replay import late_rows
@@ -26,9 +26,6 @@ from app.evaluation.tables import LEGEND, document, error_table, integrity_table
 from app.fusion.interface import Method
 from app.fusion.methods import METHODS
 from app.fusion.warm_up import warm_up
-
-ROWS: dict[str, Method] = {**METHODS, **ALONE}
-"""What --methods may name: the methods, and their parts alone to compare with."""
 
 # options may follow DIR
 app = typer.Typer(

@@ -1,7 +1,8 @@
-"""The parts of the methods alone, and method A's own ablations: what a fused result is compared with."""
+"""The parts of the methods alone, and their ablations: what a fused result is compared with."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,6 +17,7 @@ from app.fusion.fix_assembly import Estimate, Phases, Walker, assembled_fix, no_
 from app.fusion.integrity_settings import WEIBULL_ERROR, IntegritySettings
 from app.fusion.integrity_ukf import integrity_ukf
 from app.fusion.interface import Method, SessionStart, Site
+from app.fusion.methods import METHODS
 from app.fusion.scan_matching import Matcher, match_scan
 from app.fusion.state_codec import storable
 from app.fusion.trust_chain import trust_chain
@@ -63,9 +65,24 @@ def _advance_wifi(state: LastFix, batch: Batch, site: Site) -> tuple[LastFix, Fi
 WIFI_ALONE = Method("wifi_alone", LastFix, _advance_wifi)
 """Each scan's fix as it is, with its neighbours' scatter: what every fusion starts from."""
 
-ALONE: dict[str, Method] = {
-    method.method: method
-    for method in (
+
+def by_name(methods: Iterable[Method]) -> dict[str, Method]:
+    """The methods by their names.
+
+    Raises
+    ------
+    ValueError : two of one name; the second would silently be measured in place of the first.
+    """
+    found: dict[str, Method] = {}
+    for method in methods:
+        if method.method in found:
+            raise ValueError(f"two methods are called {method.method}")
+        found[method.method] = method
+    return found
+
+
+ALONE = by_name(
+    (
         WIFI_ALONE,
         integrity_ukf("pdr_alone", replace(_OURS, use_scans=False)),
         integrity_ukf("integrity_ukf_plain", replace(_OURS, monitor=replace(_OURS.monitor, monitored=False))),
@@ -84,14 +101,10 @@ ALONE: dict[str, Method] = {
         adaptive_robust_kf("adaptive_robust_kf_adaptive", replace(_ROBUST, robust=False)),
         adaptive_robust_kf("adaptive_robust_kf_paper_noise", replace(_ROBUST, noise=PAPER_NOISE)),
         *(two_stage_ekf(name, settings) for name, settings in TWO_STAGE_ABLATIONS.items()),
-        two_stage_ekf(
-            "two_stage_wifi_full_search",
-            replace(
-                TWO_STAGE_ABLATIONS["two_stage_wifi_alone"],
-                search=TWO_STAGE_ABLATIONS["two_stage_ekf_full_search"].search,
-            ),
-        ),
         *(trust_chain(name, settings) for name, settings in TRUST_CHAIN_ABLATIONS.items()),
     )
-}
+)
 """Rows that `surefix evaluate --methods` may name beside the methods."""
+
+ROWS = by_name((*METHODS.values(), *ALONE.values()))
+"""What the commands may be asked to walk: the methods, and their parts alone to compare with."""

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
-from app.evaluation.alone import ALONE
+from app.evaluation.alone import ALONE, ROWS, WIFI_ALONE, by_name
 from app.fusion.methods import METHODS
 from tests.fusion.walks import deaf, errors_m, places_m, run, walked
 
@@ -13,7 +14,12 @@ WALK = walked(5)
 
 def test_every_row_has_its_own_name() -> None:
     assert set(ALONE).isdisjoint(METHODS)
-    assert all(method.method == name for name, method in ALONE.items())
+    assert all(method.method == name for name, method in ROWS.items())
+
+
+def test_a_second_row_of_one_name_is_refused() -> None:
+    with pytest.raises(ValueError, match="wifi_alone"):
+        by_name((*METHODS.values(), WIFI_ALONE, WIFI_ALONE))
 
 
 def test_wifi_alone_stays_where_the_last_scan_was() -> None:
@@ -35,7 +41,7 @@ def test_fused_is_better_than_either_alone() -> None:
     for seed in (0, 1, 2, 4, 5):
         for name in errors:
             walk = walked(seed)
-            errors[name] += errors_m(walk, run({**METHODS, **ALONE}[name], walk.batches)).tolist()
+            errors[name] += errors_m(walk, run(ROWS[name], walk.batches)).tolist()
     mean = {name: np.mean(found) for name, found in errors.items()}
     assert mean["integrity_ukf"] < mean["wifi_alone"]
     assert mean["integrity_ukf"] < mean["pdr_alone"]
