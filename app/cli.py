@@ -1,4 +1,4 @@
-"""The `surefix` command: registers the subcommands, one file each in app/commands."""
+"""The `surefix` command: registers the subcommands, a module each in app/commands."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ COMMANDS = {
 def build() -> typer.Typer:
     """The command with all its subcommands."""
     root = typer.Typer(name="surefix", no_args_is_help=True, pretty_exceptions_enable=False, help=__doc__.split(":")[0])
-    wanted = [name for name in COMMANDS if name in sys.argv[1:2]] or list(COMMANDS)  # one import, not eight
+    wanted = [name for name in COMMANDS if name in sys.argv[1:2]] or list(COMMANDS)  # one import, not all
     for name in wanted:
         module = importlib.import_module(COMMANDS[name])
         root.add_typer(module.app, name=name)

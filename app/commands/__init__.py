@@ -1,1 +1,1 @@
-"""The subcommands of the surefix command line, one file each."""
+"""The subcommands of the surefix command line, a module each, and what they are made of."""

@@ -40,7 +40,7 @@ def imported(tree: ast.Module) -> Iterator[str]:
 
 
 def part_of(path: Path) -> str:
-    """The part of app/ that a file belongs to: `wifi` for app/wifi/matching.py, `errors` for app/errors.py."""
+    """The part of app/ that a file belongs to: `wifi` for app/wifi/match.py, `errors` for app/errors.py."""
     return path.relative_to(ROOT / "app").parts[0].removesuffix(".py")
 
 

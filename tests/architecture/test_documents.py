@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 
 import pytest
@@ -9,8 +10,9 @@ import pytest
 from app.fusion.methods import METHODS
 from app.observations import Flag
 from app.settings import Settings
-from tests.architecture.source_tree import ROOT
+from tests.architecture.source_tree import FOLDERS, ROOT, name_of, parsed, python_files
 
+DOCUMENTS = sorted(name_of(path) for path in (*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")))
 LOCKS = ("requirements/run.txt", "requirements/dev.txt")
 
 
@@ -52,10 +54,44 @@ def test_the_readme_shows_every_folder() -> None:
         assert re.search(rf"^ +{folder.name}/ ", tree, re.MULTILINE), f"README.md does not show {folder.name}/"
 
 
-def test_every_command_of_the_readme_is_one_of_the_makefile() -> None:
+def made(document: str) -> set[str]:
+    """What `make` is told in a document, between backticks or on an indented line."""
+    told = re.findall(r"`make ([^`]*)`|^ {4}make ([^#\n]*)", text(document), re.MULTILINE)
+    return {word for one in told for word in "".join(one).split() if re.fullmatch(r"[a-z-]+", word)}
+
+
+def test_every_make_command_of_the_documents_is_one_of_the_makefile() -> None:
     targets = set(re.findall(r"^([a-z-]+):", text("Makefile"), re.MULTILINE))
-    for document in ("README.md", "CONTRIBUTING.md", "docs/operations.md"):
-        assert set(re.findall(r"`make ([a-z-]+)", text(document))) <= targets
+    assert {document: made(document) - targets for document in DOCUMENTS if made(document) - targets} == {}
+    assert {"run", "check", "evaluate", "ageing"} <= made("README.md")
+    assert {"check", "openapi", "lock"} <= made("CONTRIBUTING.md")
+
+
+def paths_in(words: str) -> set[str]:
+    """Files and folders of the project that a text names; of `app/fusion/<id>.py` the folder."""
+    return set(re.findall(rf"(?<![\w./-])(?:{'|'.join((*FOLDERS, 'docs'))})/(?:[\w./*-]*\w)?", words))
+
+
+def missing(words: str) -> set[str]:
+    return {path for path in paths_in(words) if not any(ROOT.glob(path))}
+
+
+@pytest.mark.parametrize("document", DOCUMENTS)
+def test_every_path_that_a_document_names_exists(document: str) -> None:
+    assert missing(text(document)) == set()
+
+
+def test_every_path_that_a_docstring_names_exists() -> None:
+    docstrings = {
+        name_of(path): "\n".join(
+            node.value.value
+            for node in ast.walk(parsed(path))
+            if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
+        )
+        for path in python_files()
+    }
+    assert len(set().union(*map(paths_in, docstrings.values()))) > 5
+    assert {name: missing(words) for name, words in docstrings.items() if missing(words)} == {}
 
 
 @pytest.mark.parametrize("lock", LOCKS)
