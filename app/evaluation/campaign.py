@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 
 from app.errors import InvalidInput
+from app.evaluation.parallel import in_order
 from app.evaluation.recordings import FloorFolder, RecordedWalk, is_test_walk, read_walk
 from app.evaluation.replay import Answer, Coverage, replay
 from app.fusion.interface import Method, SessionStart, Site, spaces_of
@@ -19,8 +19,6 @@ from app.wifi.fix_calibration import calibrated_map
 
 Advance = Callable[[], None]
 """Called once for every piece of work done."""
-_Item = TypeVar("_Item")
-_Result = TypeVar("_Result")
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +66,7 @@ def read_walks(floors: Sequence[FloorFolder], jobs: int = 1, done: Advance = lam
     """Read and place every trace of the floors, in order; traces without truth are left out."""
     files = [(folder.floor.floor, path) for folder in floors for path in folder.traces]
     walks = []
-    for walk in _in_order(_read, files, jobs):
+    for walk in in_order(_read, files, jobs):
         done()
         if walk is not None:
             walks.append(walk)
@@ -155,7 +153,7 @@ def replayed(
     answers: dict[str, list[Answer]] = {name: [] for name in methods}
     setting = _Setting(fold, site, coverage, methods, protocol)
     tasks = [(name, walk) for name in methods for walk in walked]
-    for (name, _), found in zip(tasks, _in_order(_replay, tasks, jobs, setting), strict=True):
+    for (name, _), found in zip(tasks, in_order(partial(_replay, setting), tasks, jobs), strict=True):
         done()
         answers[name] += found
     return answers
@@ -167,38 +165,21 @@ def coverage_of(survey: Sequence[RecordedWalk]) -> Coverage:
     return Coverage({floor: np.concatenate([w.scan_xy_m for w in survey if w.floor == floor]) for floor in floors})
 
 
-_setting: _Setting | None = None
-"""Of this process: a worker receives the map once a fold, not once a walk."""
-
-
-def _keep(setting: _Setting | None) -> None:
-    global _setting
-    _setting = setting
-
-
-def _in_order(
-    work: Callable[[_Item], _Result], items: Sequence[_Item], jobs: int, setting: _Setting | None = None
-) -> Iterator[_Result]:
-    """Results in the order of the items, each as soon as it and those before it are there."""
-    if jobs == 1:
-        _keep(setting)
-        yield from map(work, items)
-        return
-    with ProcessPoolExecutor(jobs, initializer=_keep, initargs=(setting,)) as pool:
-        yield from pool.map(work, items)
-
-
 def _read(file: tuple[str, Path]) -> RecordedWalk | None:
     return read_walk(*file)
 
 
-def _replay(task: tuple[str, RecordedWalk]) -> list[Answer]:
+def _replay(setting: _Setting, task: tuple[str, RecordedWalk]) -> list[Answer]:
     name, walk = task
-    if _setting is None:
-        raise RuntimeError("a replay needs the setting of its fold")
-    protocol = _setting.protocol
+    protocol = setting.protocol
     start = SessionStart(alert_limit_m=protocol.alert_limit_m, risk=protocol.risk, start=walk.start)
-    method = _setting.methods[name]
     return replay(
-        method, start, walk, _setting.site, _setting.coverage, protocol.seconds, _setting.fold, protocol.bluetooth
+        setting.methods[name],
+        start,
+        walk,
+        setting.site,
+        setting.coverage,
+        protocol.seconds,
+        setting.fold,
+        protocol.bluetooth,
     )
