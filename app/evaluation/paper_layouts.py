@@ -125,11 +125,6 @@ def along_sides(corridors: Sequence[Rect], count: int) -> list[tuple[float, floa
     return places
 
 
-def way_length_m(way: Sequence[Point]) -> float:
-    """Length of a way."""
-    return float(np.linalg.norm(np.diff(np.array(way), axis=0), axis=1).sum())
-
-
 def _cells(rect: Rect, columns: int, rows: int) -> list[Point]:
     width_m, height_m = (rect.x1 - rect.x0) / columns, (rect.y1 - rect.y0) / rows
     return [

@@ -7,11 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from app.estimation.arrays import BoolArray, FloatArray, IntArray
+from app.estimation.arrays import FloatArray, IntArray
 from app.evaluation.faulty_walk import FAR_M, Dice, Elsewhere, FaultyWalk, middle_s, with_trace
 from app.evaluation.recordings import RecordedWalk
 from app.evaluation.truth import places_at
 from app.observations import WifiScan
+from app.wifi.readings import only
 
 HEARING_DBM = -100.0
 """Weaker than this, nothing is reported."""
@@ -36,8 +37,8 @@ def rogue(walk: RecordedWalk, elsewhere: Elsewhere, dice: Dice, count: int = 10)
     def imitated(own: WifiScan, foreign: WifiScan) -> WifiScan:
         chosen = np.argsort(-foreign.rssi_dbm, kind="stable")[:count]
         fresh_s = np.full(len(chosen), own.time_s - _RELAY_AGE_S)
-        loud = replace(_part(foreign, chosen), rssi_dbm=np.full(len(chosen), -40.0), seen_s=fresh_s)
-        return _joined(_part(own, ~np.isin(own.bssid, loud.bssid)), loud)
+        loud = replace(only(foreign, chosen), rssi_dbm=np.full(len(chosen), -40.0), seen_s=fresh_s)
+        return _joined(only(own, ~np.isin(own.bssid, loud.bssid)), loud)
 
     return _relayed(walk, elsewhere, dice, imitated, middle_s(walk))
 
@@ -47,8 +48,8 @@ def moved(walk: RecordedWalk, elsewhere: Elsewhere, dice: Dice, share: float = 0
     carried = _some(_names((*walk.trace.scans, *elsewhere.scans)), dice, share)
 
     def there(own: WifiScan, foreign: WifiScan) -> WifiScan:
-        stays = _part(own, ~np.isin(own.bssid, carried))
-        return _joined(stays, _part(foreign, np.isin(foreign.bssid, carried)))
+        stays = only(own, ~np.isin(own.bssid, carried))
+        return _joined(stays, only(foreign, np.isin(foreign.bssid, carried)))
 
     return _with(carried, _relayed(walk, elsewhere, dice, there, float(walk.trace.waypoint_time_s[0])))
 
@@ -58,12 +59,12 @@ def duplicated(walk: RecordedWalk, elsewhere: Elsewhere, dice: Dice, share: floa
     twice = _some(_names((*walk.trace.scans, *elsewhere.scans)), dice, share)
 
     def louder(own: WifiScan, foreign: WifiScan) -> WifiScan:
-        other = _part(foreign, np.isin(foreign.bssid, twice))
+        other = only(foreign, np.isin(foreign.bssid, twice))
         _, in_own, in_other = np.intersect1d(own.bssid, other.bssid, return_indices=True)
         own_wins = own.rssi_dbm[in_own] >= other.rssi_dbm[in_other]
         return _joined(
-            _part(own, ~np.isin(own.bssid, own.bssid[in_own[~own_wins]])),
-            _part(other, ~np.isin(other.bssid, other.bssid[in_other[own_wins]])),
+            only(own, ~np.isin(own.bssid, own.bssid[in_own[~own_wins]])),
+            only(other, ~np.isin(other.bssid, other.bssid[in_other[own_wins]])),
         )
 
     return _with(twice, _relayed(walk, elsewhere, dice, louder, float(walk.trace.waypoint_time_s[0])))
@@ -89,7 +90,7 @@ def spoofed(walk: RecordedWalk, elsewhere: Elsewhere, dice: Dice, share: float =
     def imitated(scan: WifiScan) -> WifiScan:
         rssi_dbm = np.round(strength_dbm + dice.normal(0.0, _RELAY_NOISE_DB, len(names)))
         loud = WifiScan(scan.time_s, names, rssi_dbm, np.full(len(names), scan.time_s - _RELAY_AGE_S))
-        return _joined(_part(scan, ~np.isin(scan.bssid, names)), loud)
+        return _joined(only(scan, ~np.isin(scan.bssid, names)), loud)
 
     return replace(_throughout(walk, imitated), access_points=frozenset(names.tolist()))
 
@@ -97,7 +98,7 @@ def spoofed(walk: RecordedWalk, elsewhere: Elsewhere, dice: Dice, share: float =
 def vanished(walk: RecordedWalk, elsewhere: Elsewhere, dice: Dice, share: float = 0.2) -> FaultyWalk:
     """Of the access points that the walk hears some are gone."""
     gone = _some(_names(walk.trace.scans), dice, share)
-    without = _throughout(walk, lambda scan: _part(scan, ~np.isin(scan.bssid, gone)))
+    without = _throughout(walk, lambda scan: only(scan, ~np.isin(scan.bssid, gone)))
     return replace(without, access_points=frozenset(gone.tolist()))
 
 
@@ -188,12 +189,8 @@ def _names(scans: Sequence[WifiScan]) -> IntArray:
     return np.unique(np.concatenate([np.empty(0, np.int64), *(scan.bssid for scan in scans)]))
 
 
-def _part(scan: WifiScan, chosen: BoolArray | IntArray) -> WifiScan:
-    return WifiScan(scan.time_s, scan.bssid[chosen], scan.rssi_dbm[chosen], scan.seen_s[chosen])
-
-
 def _heard(scan: WifiScan, rssi_dbm: FloatArray) -> WifiScan:
-    return _part(replace(scan, rssi_dbm=rssi_dbm), rssi_dbm >= HEARING_DBM)
+    return only(replace(scan, rssi_dbm=rssi_dbm), rssi_dbm >= HEARING_DBM)
 
 
 def _joined(one: WifiScan, other: WifiScan) -> WifiScan:

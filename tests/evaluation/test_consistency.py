@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
-from app.evaluation.consistency import consistency, nees, nees_interval
+from app.evaluation.consistency import DIMENSION, consistency, nees
 from tests.evaluation.answers import answer
 
 
@@ -20,7 +21,7 @@ def test_consistent_errors_have_a_mean_nees_within_the_interval_and_halved_covar
     roots = rng.normal(size=(4000, 2, 2)) + 2 * np.eye(2)
     covariance = roots @ roots.transpose(0, 2, 1)
     error = np.einsum("nij,nj->ni", roots, rng.normal(size=(4000, 2)))
-    low, high = nees_interval(4000)
+    low, high = (chi2.ppf((0.025, 0.975), 4000 * DIMENSION) / 4000).tolist()
     assert low < 2.0 < high
     assert low <= nees(error, covariance).mean() <= high
     assert nees(error, covariance / 2).mean() > high
