@@ -14,8 +14,9 @@ from rich.console import Console
 from app.commands.progress import counting
 from app.errors import InvalidInput
 from app.evaluation.ageing_campaign import MONTHS, visit_ageing_buildings
-from app.evaluation.trust_rows import LEGEND, TrustRow, plain, trust_row, trust_rows_table
+from app.evaluation.trust_rows import LEGEND, TrustRow, trust_row, trust_rows_table
 from app.evaluation.two_surveys import CASES, read_standing, two_surveys
+from app.evaluation.written_figures import plain
 from app.fusion.methods import METHODS
 from app.fusion.warm_up import warm_up
 

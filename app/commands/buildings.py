@@ -15,7 +15,8 @@ from rich.console import Console
 from app.commands.progress import counting
 from app.errors import InvalidInput
 from app.evaluation.building_campaign import Visited, pooled, visit_buildings
-from app.evaluation.trust_rows import LEGEND, TrustRow, plain, trust_row, trust_rows_table
+from app.evaluation.trust_rows import LEGEND, TrustRow, trust_row, trust_rows_table
+from app.evaluation.written_figures import plain
 from app.fusion.interface import Method
 from app.fusion.methods import METHODS
 from app.fusion.warm_up import warm_up

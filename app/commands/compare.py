@@ -17,13 +17,14 @@ from rich.progress import MofNCompleteColumn, Progress, TimeRemainingColumn
 from app.errors import InvalidInput
 from app.evaluation.alone import ROWS
 from app.evaluation.campaign import Protocol, read_walks, run, walked_in
-from app.evaluation.comparison import OPEN, figures, on_site, plain, steps_walked
+from app.evaluation.comparison import OPEN, figures, on_site, steps_walked
 from app.evaluation.comparison_page import page
 from app.evaluation.comparison_plots import site_distribution
 from app.evaluation.paper_sites import PaperSite, paper_sites
 from app.evaluation.plots import shown_walks, tracks
 from app.evaluation.recordings import FloorFolder, RecordedWalk, floor_folders
 from app.evaluation.replay import Answer
+from app.evaluation.written_figures import plain
 from app.fusion.interface import Method
 from app.fusion.methods import METHODS
 from app.fusion.warm_up import warm_up

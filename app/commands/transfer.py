@@ -15,7 +15,8 @@ from app.commands.progress import counting
 from app.evaluation.campaign import Protocol, read_walks, walked_in
 from app.evaluation.recordings import floor_folders
 from app.evaluation.transfer import Transferred, floor_walks, learnt_levels, leave_one_floor_out, replays
-from app.evaluation.trust_rows import LEGEND, TrustRow, plain, trust_rows_table
+from app.evaluation.trust_rows import LEGEND, TrustRow, trust_rows_table
+from app.evaluation.written_figures import plain
 from app.fusion.warm_up import warm_up
 
 # options may follow DIR

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, fields
 from enum import StrEnum
 from typing import Any
 
@@ -14,7 +14,7 @@ from app.evaluation.paper_figures import CLAIMS, PUBLISHED, Claim
 from app.evaluation.paper_sites import PaperSite
 from app.evaluation.recordings import RecordedWalk
 from app.evaluation.replay import Answer
-from app.evaluation.scoring import errors_of
+from app.evaluation.scoring import covered_errors_m, errors_m, errors_of, ratio
 from app.evaluation.simulated_sites import SimulatedSite, simulated
 from app.fusion.interface import Method
 from app.observations import Batch
@@ -86,22 +86,21 @@ def figures(answers: Sequence[Answer], steps: int, gross_s: Mapping[str, Sequenc
     ----------
     steps : walked in the walks of these answers.  gross_s : times of scans made wrong, by walk.
     """
-    judged = [a.error_m for a in answers if a.waypoint and a.covered and a.error_m is not None]
+    judged = covered_errors_m(answers)
     errors = errors_of(judged)
-    at_gross = [
-        a.error_m
+    at_gross = errors_m(
+        a
         for a in answers
-        if a.error_m is not None
-        and any(0.0 <= a.time_s - scan_s < GROSS_WITHIN_S for scan_s in (gross_s or {}).get(a.walk, ()))
-    ]
+        if any(0.0 <= a.time_s - scan_s < GROSS_WITHIN_S for scan_s in (gross_s or {}).get(a.walk, ()))
+    )
     return RowFigures(
         n=errors.n,
         mean=errors.mean_m,
         rms=errors.rms_m,
         median=errors.median_m,
         p95=errors.p95_m,
-        beyond_1m=sum(error > NEAR_M for error in judged) / len(judged) if judged else math.nan,
-        gross=statistics.fmean(at_gross) if at_gross else math.nan,
+        beyond_1m=ratio(sum(error > NEAR_M for error in judged), len(judged)),
+        gross=errors_of(at_gross).mean_m,
         step_us=1e6 * statistics.median(a.spent_s for a in answers) * len(answers) / steps
         if steps and answers
         else math.nan,
@@ -153,17 +152,8 @@ def _verdict(theirs: float, ours: float | None) -> Verdict:
     return Verdict.REPRODUCED if ours >= WEAKER_BELOW * theirs else Verdict.WEAKER
 
 
-def plain(node: Any) -> Any:
-    """Figures as JSON: null where there is none."""
-    if isinstance(node, RowFigures):
-        node = asdict(node)
-    if isinstance(node, Mapping):
-        return {key: plain(value) for key, value in node.items()}
-    return None if isinstance(node, float) and not math.isfinite(node) else node
-
-
 def rows_from(document: Mapping[str, Any]) -> dict[str, RowFigures]:
-    """Figures from the JSON that `plain` made of them."""
+    """Figures from the JSON that `written_figures.plain` made of them."""
     found = {}
     for name, row in document.items():
         values = {key: math.nan if value is None else float(value) for key, value in row.items() if key != "n"}

@@ -8,6 +8,7 @@ from typing import Any
 
 from app.evaluation.comparison import OPEN, Outcome, RowFigures, Verdict, outcomes, rows_from
 from app.evaluation.paper_figures import PUBLISHED, STATISTICS
+from app.evaluation.written_figures import number, percent
 
 COLUMNS = ("row", "n", "mean", "RMS", "median", "95 %", "beyond 1 m", "us a step")
 
@@ -74,20 +75,20 @@ def _table(rows: Mapping[str, RowFigures], published: Mapping[str, Mapping[str, 
         cells = {
             "row": f"`{name}`",
             "n": str(row.n),
-            "mean": _number(row.mean),
-            "RMS": _number(row.rms),
-            "median": _number(row.median),
-            "95 %": _number(row.p95),
-            "beyond 1 m": _percent(row.beyond_1m),
+            "mean": number(row.mean, 2),
+            "RMS": number(row.rms, 2),
+            "median": number(row.median, 2),
+            "95 %": number(row.p95, 2),
+            "beyond 1 m": percent(row.beyond_1m, 0),
             "us a step": f"{row.step_us:.0f}" if math.isfinite(row.step_us) else "-",
-            "at gross errors": _number(row.gross),
+            "at gross errors": number(row.gross, 2),
         }
         for statistic, column in paper.items():
             if statistic in theirs:
                 value = theirs[statistic]
-                cells[column] += f" / {_percent(value) if statistic == 'beyond_1m' else _number(value)}"
+                cells[column] += f" / {percent(value, 0) if statistic == 'beyond_1m' else number(value, 2)}"
         if "gross" in theirs:
-            cells["at gross errors"] += f" / {_number(theirs['gross'])}"
+            cells["at gross errors"] += f" / {number(theirs['gross'], 2)}"
         yield f"| {' | '.join(cells[column] for column in columns)} |"
     if published:
         yield ""
@@ -99,7 +100,7 @@ def _folds_table(folds: Mapping[str, Mapping[str, RowFigures]]) -> Iterator[str]
     yield f"| row | {' | '.join(parts)} |"
     yield "|" + " --- |" * (len(parts) + 1)
     for name in sorted(folds["pooled"], key=lambda one: folds["pooled"][one].mean):
-        cells = " | ".join(_number(folds[part][name].mean) for part in parts)
+        cells = " | ".join(number(folds[part][name].mean, 2) for part in parts)
         yield f"| `{name}` | {cells} |"
 
 
@@ -109,12 +110,12 @@ def _outcome_table(found: Sequence[Outcome]) -> Iterator[str]:
     for one in found:
         claim, share = one.claim, one.claim.statistic == "beyond_1m"
         pairs = [
-            "-" if pair is None else " < ".join(_percent(v) if share else _number(v) for v in pair)
+            "-" if pair is None else " < ".join(percent(v, 0) if share else number(v, 2) for v in pair)
             for pair in (one.paper, one.ours)
         ]
         if one.ours is not None and one.ours[0] >= one.ours[1]:
             pairs[1] = pairs[1].replace("<", ">=")
-        gains = [_percent(v) for v in (one.paper_improvement, one.our_improvement, one.open_improvement)]
+        gains = [percent(v, 0) for v in (one.paper_improvement, one.our_improvement, one.open_improvement)]
         cells = [claim.site, f"`{claim.better}`", f"`{claim.worse}`", STATISTICS[claim.statistic], *pairs, *gains]
         yield f"| {' | '.join([*cells, one.verdict.value])} |"
 
@@ -136,14 +137,6 @@ def _reasons(found: Sequence[Outcome]) -> Iterator[str]:
 def _picture(pictures: str | None, name: str) -> Iterator[str]:
     if pictures is not None:
         yield from ("", f"![Distribution of the error, {name}]({pictures}/cdf_{name}.png)")
-
-
-def _number(value: float) -> str:
-    return f"{value:.2f}" if math.isfinite(value) else "-"
-
-
-def _percent(value: float | None) -> str:
-    return "-" if value is None or not math.isfinite(value) else f"{100.0 * value:.0f} %"
 
 
 def _minutes(seconds: float) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from app.evaluation.replay import Answer
+from app.evaluation.scoring import covered_errors_m
 
 _STYLE: dict[Any, Any] = {
     "font.size": 9,
@@ -30,7 +31,7 @@ def site_distribution(answers: Mapping[str, Sequence[Answer]], title: str, path:
         axes = figure.subplots()
         longest_m = 0.0
         for index, (name, found) in enumerate(answers.items()):
-            errors = np.sort([a.error_m for a in found if a.waypoint and a.covered and a.error_m is not None])
+            errors = np.sort(covered_errors_m(found))
             if not errors.size:
                 continue
             share = np.arange(1, errors.size + 1) / errors.size

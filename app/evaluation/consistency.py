@@ -54,13 +54,6 @@ def nees(error_m: FloatArray, covariance_m2: FloatArray) -> FloatArray:
     return values
 
 
-def nees_interval(n: int, dimension: int = DIMENSION, confidence: float = 0.95) -> tuple[float, float]:
-    """Where the mean NEES of n independent, consistent estimates lies with this confidence."""
-    tail = (1.0 - confidence) / 2.0
-    low, high = chi2.ppf((tail, 1.0 - tail), n * dimension) / n
-    return float(low), float(high)
-
-
 def consistency(answers: Sequence[Answer]) -> Consistency:
     """Consistency of the positions among the answers; a position on a wrong floor has no horizontal error to judge."""
     judged = [a for a in answers if a.xy_m is not None and a.covariance_m2 is not None and a.floor_right]
@@ -78,7 +71,7 @@ def consistency(answers: Sequence[Answer]) -> Consistency:
 
 
 def _lag1(judged: Sequence[Answer], error_m: FloatArray) -> float:
-    walk = [(a.fold, a.floor, a.walk) for a in judged]
+    walk = [a.walk_key for a in judged]
     follows = np.array([one == next_one for one, next_one in pairwise(walk)], dtype=np.bool_)
     earlier, later = error_m[:-1][follows], error_m[1:][follows]
     power = math.sqrt(float((earlier**2).sum() * (later**2).sum()))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from app.evaluation.faulty_walk import FaultyWalk
 from app.evaluation.recordings import RecordedWalk
-from app.evaluation.replay import Answer
+from app.evaluation.replay import Answer, WalkKey
 from app.observations import WifiScan
 
 LOUD_DBM = -75.0
@@ -46,11 +46,11 @@ def in_play(faulty: FaultyWalk, walk: RecordedWalk) -> InPlay:
     return InPlay(loud & faulty.access_points, _heard(now, SOUND_SCANS) - faulty.access_points)
 
 
-def exclusions(answers: Iterable[Answer], playing: Mapping[tuple[int, str, str], InPlay]) -> ExclusionCount:
+def exclusions(answers: Iterable[Answer], playing: Mapping[WalkKey, InPlay]) -> ExclusionCount:
     """Count what was left out in the walks, by fold, floor and name; walks without an entry do not count."""
-    out: dict[tuple[int, str, str], set[int]] = {key: set() for key in playing}
+    out: dict[WalkKey, set[int]] = {key: set() for key in playing}
     for answer in answers:
-        key = answer.fold, answer.floor, answer.walk
+        key = answer.walk_key
         if key in out:
             out[key] |= answer.excluded
     wrong = [len(out[key] & one.sound) for key, one in playing.items()]

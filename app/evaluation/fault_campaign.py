@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-import statistics
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -14,17 +13,15 @@ from app.evaluation.campaign import Advance, Protocol, coverage_of, parted, repl
 from app.evaluation.exclusions import InPlay, exclusions, in_play
 from app.evaluation.faulty_walk import Elsewhere, FaultyWalk, Injector, elsewhere_of
 from app.evaluation.recordings import FloorFolder, RecordedWalk
-from app.evaluation.replay import Answer
-from app.evaluation.scoring import quantile
-from app.fusion.interface import Method
+from app.evaluation.replay import Answer, WalkKey
+from app.evaluation.scoring import covered_errors_m, errors_m, errors_of, quantile, ratio
+from app.fusion.interface import Method, Site
 from app.observations import Flag
 
 CLEAN = "none"
 """The row of the walks as recorded."""
 DETECTION_S = 6.0
 """Within which a fault is to be told: three scans of a phone in the hand, the detection time of the first paper."""
-WalkKey = tuple[int, str, str]
-"""Fold, floor, walk."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +31,10 @@ class Answered:
     answers: list[Answer]
     window: dict[WalkKey, tuple[float, float]]
     in_play: dict[WalkKey, InPlay] = field(default_factory=dict)
+
+
+ByFault = dict[str, dict[str, Answered]]
+"""Method -> fault -> answers, CLEAN first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,39 +93,62 @@ def run_faults(
     seed: int,
     jobs: int = 1,
     done: Advance = lambda: None,
-) -> dict[str, dict[str, Answered]]:
+) -> ByFault:
     """Replay the test walks of every fold, as recorded and with each fault, through every method.
 
-    Returns
-    -------
-    Method -> fault -> answers, CLEAN first. The map and its calibration are of the survey walks, without any fault.
+    The map and its calibration are of the survey walks, without any fault.
 
     Raises
     ------
     InvalidInput : a fold without survey or without test walks.
     """
-    found = {name: {fault: Answered([], {}) for fault in (CLEAN, *faults)} for name in methods}
+    of_folds = []
     for fold in protocol.tested:
         survey, walked = parted(walks, protocol, fold)
-        site, coverage = surveyed(floors, survey), coverage_of(survey)
-        elsewhere = {
-            floor: elsewhere_of([w for w in survey if w.floor == floor]) for floor in {w.floor for w in walked}
-        }
-        rows = {CLEAN: [FaultyWalk(walk, -math.inf, math.inf) for walk in walked]}
-        rows |= {fault: injected(walked, elsewhere, fault, injector, seed) for fault, injector in faults.items()}
-        for fault, faulty in rows.items():
-            window = {(fold, f.walk.floor, f.walk.trace.trace): (f.begin_s, f.end_s) for f in faulty}
-            as_recorded = {(walk.floor, walk.trace.trace): walk for walk in walked}
-            playing = {
-                (fold, *key): in_play(f, as_recorded[key])
-                for f in faulty
-                if (key := (f.walk.floor, f.walk.trace.trace))
-            }
-            of_fold = replayed(site, coverage, [f.walk for f in faulty], methods, protocol, fold, jobs, done)
-            for name, answers in of_fold.items():
-                found[name][fault].answers.extend(answers)
-                found[name][fault].window.update(window)
-                found[name][fault].in_play.update(playing)
+        site = surveyed(floors, survey)
+        of_folds.append(faulted(site, survey, walked, methods, faults, protocol, fold, seed, jobs, done))
+    return pooled(of_folds)
+
+
+def faulted(
+    site: Site,
+    survey: Sequence[RecordedWalk],
+    walked: Sequence[RecordedWalk],
+    methods: Mapping[str, Method],
+    faults: Mapping[str, Injector],
+    protocol: Protocol,
+    fold: int,
+    seed: int,
+    jobs: int = 1,
+    done: Advance = lambda: None,
+) -> ByFault:
+    """Replay walks as they are and with each fault on the map of one survey. fold : what to call it in the answers."""
+    coverage = coverage_of(survey)
+    elsewhere = {floor: elsewhere_of([w for w in survey if w.floor == floor]) for floor in {w.floor for w in walked}}
+    as_it_was = {(walk.floor, walk.trace.trace): walk for walk in walked}
+    rows = {CLEAN: [FaultyWalk(walk, -math.inf, math.inf) for walk in walked]}
+    rows |= {fault: injected(walked, elsewhere, fault, injector, seed) for fault, injector in faults.items()}
+    found: ByFault = {name: {} for name in methods}
+    for fault, faulty in rows.items():
+        keyed = {(one.walk.floor, one.walk.trace.trace): one for one in faulty}
+        window = {(fold, *key): (one.begin_s, one.end_s) for key, one in keyed.items()}
+        playing = {(fold, *key): in_play(one, as_it_was[key]) for key, one in keyed.items()}
+        answers = replayed(site, coverage, [one.walk for one in faulty], methods, protocol, fold, jobs, done)
+        for name, of_method in answers.items():
+            found[name][fault] = Answered(of_method, window, playing)
+    return found
+
+
+def pooled(parts: Iterable[ByFault]) -> ByFault:
+    """The answers of several folds, or buildings, of one campaign."""
+    found: ByFault = {}
+    for part in parts:
+        for name, rows in part.items():
+            for fault, one in rows.items():
+                whole = found.setdefault(name, {}).setdefault(fault, Answered([], {}))
+                whole.answers.extend(one.answers)
+                whole.window.update(one.window)
+                whole.in_play.update(one.in_play)
     return found
 
 
@@ -132,15 +156,15 @@ def fault_score(faulty: Answered, clean: Sequence[Answer], alert_limit_m: float)
     """Judge the answers of one method to one fault; clean : its answers to the walks as recorded."""
     under: dict[WalkKey, list[Answer]] = {}
     for answer in faulty.answers:
-        begin_s, end_s = faulty.window[_walk(answer)]
+        begin_s, end_s = faulty.window[answer.walk_key]
         if begin_s <= answer.time_s <= end_s:
-            under.setdefault(_walk(answer), []).append(answer)
+            under.setdefault(answer.walk_key, []).append(answer)
     waits = [_until_alarm_s(found) for found in under.values()]
     hazards = [
         [a.time_s - found[0].time_s for a in found if a.usable and a.beyond(alert_limit_m)] for found in under.values()
     ]
     late = [sum(DETECTION_S < at_s < wait_s for at_s in times) for times, wait_s in zip(hazards, waits, strict=True)]
-    ends = [[a.error_m for a in found if a.error_m is not None][-1:] for found in under.values()]
+    ends = [errors_m(found)[-1:] for found in under.values()]
     answers = [a for found in under.values() for a in found]
     after = sum(a.time_s - found[0].time_s > DETECTION_S for found in under.values() for a in found)
     placed = [a for a in answers if a.error_m is not None]
@@ -151,17 +175,17 @@ def fault_score(faulty: Answered, clean: Sequence[Answer], alert_limit_m: float)
         alarmed_in_time=sum(wait_s <= DETECTION_S for wait_s in waits),
         median_alert_s=quantile([wait_s for wait_s in waits if math.isfinite(wait_s)], 0.5),
         missed=sum(count > 0 for count in late),
-        usable=_share(sum(a.usable for a in answers), len(answers)),
-        hazardous=_share(sum(map(len, hazards)), len(answers)),
-        hazardous_late=_share(sum(at_s > DETECTION_S for times in hazards for at_s in times), after),
-        hazardous_unalerted=_share(sum(late), after),
-        inside_level=_share(sum(not a.beyond(a.protection_level_m) for a in placed), len(placed)),
-        error_usable_m=_mean([a.error_m for a in answers if a.usable and a.error_m is not None]),
-        error_end_m=_mean([error_m for last in ends for error_m in last]),
-        waypoints_m=_mean(_waypoint_errors(faulty.answers)),
-        waypoints_clean_m=_mean(_waypoint_errors([a for a in clean if _walk(a) in faulty.window])),
-        faulty_found=_share(out.found, out.faulty),
-        sound_excluded=_share(out.wrong, out.sound),
+        usable=ratio(sum(a.usable for a in answers), len(answers)),
+        hazardous=ratio(sum(map(len, hazards)), len(answers)),
+        hazardous_late=ratio(sum(at_s > DETECTION_S for times in hazards for at_s in times), after),
+        hazardous_unalerted=ratio(sum(late), after),
+        inside_level=ratio(sum(not a.beyond(a.protection_level_m) for a in placed), len(placed)),
+        error_usable_m=errors_of(errors_m(a for a in answers if a.usable)).mean_m,
+        error_end_m=errors_of([error_m for last in ends for error_m in last]).mean_m,
+        waypoints_m=errors_of(covered_errors_m(faulty.answers)).mean_m,
+        waypoints_clean_m=errors_of(covered_errors_m(a for a in clean if a.walk_key in faulty.window)).mean_m,
+        faulty_found=ratio(out.found, out.faulty),
+        sound_excluded=ratio(out.wrong, out.sound),
     )
 
 
@@ -179,19 +203,3 @@ def at_limit(answered: Answered, alert_limit_m: float) -> Answered:
 def _until_alarm_s(answers: Sequence[Answer]) -> float:
     """Seconds from the first answer to the first with flag fault, infinite without one."""
     return min((a.time_s - answers[0].time_s for a in answers if a.flag is Flag.FAULT), default=math.inf)
-
-
-def _waypoint_errors(answers: Sequence[Answer]) -> list[float]:
-    return [a.error_m for a in answers if a.waypoint and a.covered and a.error_m is not None]
-
-
-def _walk(answer: Answer) -> WalkKey:
-    return answer.fold, answer.floor, answer.walk
-
-
-def _mean(values: Sequence[float]) -> float:
-    return statistics.fmean(values) if values else math.nan
-
-
-def _share(part: int, whole: int) -> float:
-    return part / whole if whole else math.nan

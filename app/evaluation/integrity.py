@@ -6,16 +6,13 @@ usable, hazardous when the truth is beyond the alert limit although it is usable
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from app.evaluation.bootstrap import most_walks, share_bounds
 from app.evaluation.replay import Answer
-from app.evaluation.scoring import quantile
+from app.evaluation.scoring import correlation, quantile, ratio
 from app.observations import Flag
 
 ALERT_LIMITS_M = (10.0, 15.0, 20.0)
@@ -82,19 +79,19 @@ def integrity(answers: Sequence[Answer], limits_m: Sequence[float] = ALERT_LIMIT
     """Judge the levels of one method's answers over one or many clean walks."""
     placed = [a for a in answers if a.error_m is not None]
     levels = [(a.protection_level_m, a.error_m, a.covered) for a in placed if a.protection_level_m is not None]
-    walks = len({_walk(a) for a in answers})
-    warned = len({_walk(a) for a in answers if a.flag is Flag.FAULT})
+    walks = len({a.walk_key for a in answers})
+    warned = len({a.walk_key for a in answers if a.flag is Flag.FAULT})
     return Integrity(
         walks=walks,
         inside_level=share_of(placed, _inside),
         inside_level_covered=share_of([a for a in placed if a.covered], _inside),
         level_median_m=quantile([level_m for level_m, _, _ in levels], 0.5),
         level_median_covered_m=quantile([level_m for level_m, _, covered in levels if covered], 0.5),
-        level_error_correlation=_correlation(
+        level_error_correlation=correlation(
             [(level_m, error_m) for level_m, error_m, _ in levels if error_m is not None]
         ),
         false_alert_walks=warned,
-        false_alert_share=warned / walks if walks else math.nan,
+        false_alert_share=ratio(warned, walks),
         false_alert_upper_95=most_walks(warned, walks),
         limits=tuple(_at_limit(answers, limit_m) for limit_m in limits_m),
     )
@@ -102,11 +99,10 @@ def integrity(answers: Sequence[Answer], limits_m: Sequence[float] = ALERT_LIMIT
 
 def share_of(answers: Sequence[Answer], counts: Callable[[Answer], bool]) -> Share:
     """The share of the answers that count, with its bounds."""
-    whole = Counter(_walk(a) for a in answers)
-    part = Counter(_walk(a) for a in answers if counts(a))
+    whole = Counter(a.walk_key for a in answers)
+    part = Counter(a.walk_key for a in answers if counts(a))
     lower, upper = share_bounds([part[walk] for walk in whole], list(whole.values()))
-    share = part.total() / whole.total() if whole else math.nan
-    return Share(share, lower, upper, len(part), most_walks(len(part), len(whole)))
+    return Share(ratio(part.total(), whole.total()), lower, upper, len(part), most_walks(len(part), len(whole)))
 
 
 def _at_limit(answers: Sequence[Answer], limit_m: float) -> AtLimit:
@@ -124,14 +120,3 @@ def _at_limit(answers: Sequence[Answer], limit_m: float) -> AtLimit:
 
 def _inside(answer: Answer) -> bool:
     return not answer.beyond(answer.protection_level_m)
-
-
-def _walk(answer: Answer) -> tuple[int, str, str]:
-    return answer.fold, answer.floor, answer.walk
-
-
-def _correlation(pairs: Sequence[tuple[float, float]]) -> float:
-    values = np.array(pairs, dtype=np.float64).reshape(-1, 2)
-    if len(values) < 3 or np.any(values.min(axis=0) == values.max(axis=0)):
-        return math.nan
-    return float(np.corrcoef(values[:, 0], values[:, 1])[0, 1])

@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from app.evaluation.recordings import FloorFolder
-from app.evaluation.replay import Answer
-from app.evaluation.scoring import quantile
+from app.evaluation.replay import Answer, WalkKey
+from app.evaluation.scoring import covered_errors_m, errors_m, quantile
 from app.observations import Flag
 
 FLAG_COLOURS = {
@@ -41,10 +41,10 @@ Walk = list[Answer]
 
 def shown_walks(answers: Sequence[Answer]) -> dict[str, Walk]:
     """Four walks that stand for all: by mean error among the best, the median, among the worst and the worst."""
-    walks: dict[tuple[int, str, str], Walk] = {}
+    walks: dict[WalkKey, Walk] = {}
     for answer in answers:
         if answer.error_m is not None:
-            walks.setdefault((answer.fold, answer.floor, answer.walk), []).append(answer)
+            walks.setdefault(answer.walk_key, []).append(answer)
     ordered = sorted(walks.values(), key=lambda walk: float(np.mean([a.error_m for a in walk])))
     ranks = {title: round(share * (len(ordered) - 1)) for title, share in _SHOWN_QUANTILES.items()} if ordered else {}
     titles = {rank: title for title, rank in reversed(ranks.items())}  # fewer walks than titles: each once
@@ -59,8 +59,7 @@ def error_distribution(answers: Mapping[str, Sequence[Answer]], path: Path) -> N
         for axes, title in zip(panels, ("covered waypoints", "every answer"), strict=True):
             every = title == "every answer"
             for index, (name, found) in enumerate(answers.items()):
-                kept = [a for a in found if every or (a.waypoint and a.covered)]
-                errors = np.sort([a.error_m for a in kept if a.error_m is not None])
+                errors = np.sort(errors_m(found) if every else covered_errors_m(found))
                 if errors.size:
                     share = np.arange(1, errors.size + 1) / errors.size
                     label = f"{name}: mean {errors.mean():.2f}, 95 % {quantile(errors.tolist(), 0.95):.1f} m"

@@ -16,6 +16,8 @@ from app.evaluation.truth import batches_of, places_at
 from app.fusion.interface import Method, SessionStart, Site
 from app.observations import Flag
 
+WalkKey = tuple[int, str, str]
+"""Fold, floor, walk."""
 COVERED_WITHIN_M = 5.0
 """A place is covered when a survey scan was taken this near on its floor."""
 
@@ -48,6 +50,11 @@ class Answer:
     alert_limit_m: float
     spent_s: float
     excluded: frozenset[int] = frozenset()
+
+    @property
+    def walk_key(self) -> WalkKey:
+        """Of the walk that this is an answer of, among those of all folds and floors."""
+        return self.fold, self.floor, self.walk
 
     def beyond(self, bound_m: float | None) -> bool:
         """Whether the truth is outside a radius: a wrong floor, no position and no radius are outside."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import statistics
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
 
 from app.evaluation.consistency import Consistency, consistency
@@ -89,6 +89,29 @@ def errors_of(values_m: Sequence[float]) -> Errors:
     )
 
 
+def errors_m(answers: Iterable[Answer]) -> list[float]:
+    """Horizontal errors of the answers with a position."""
+    return [a.error_m for a in answers if a.error_m is not None]
+
+
+def covered_errors_m(answers: Iterable[Answer]) -> list[float]:
+    """Errors where they can be judged best: at waypoints, where the truth is exact, that the survey covers."""
+    return errors_m(a for a in answers if a.waypoint and a.covered)
+
+
+def ratio(part: int, whole: int) -> float:
+    """A share; NaN of nothing."""
+    return part / whole if whole else math.nan
+
+
+def correlation(pairs: Sequence[tuple[float, float]]) -> float:
+    """Pearson's, of levels and errors; NaN of fewer than three pairs and where either is the same all along."""
+    levels, errors = [level for level, _ in pairs], [error for _, error in pairs]
+    if len(pairs) < 3 or min(levels) == max(levels) or min(errors) == max(errors):
+        return math.nan
+    return statistics.correlation(levels, errors)
+
+
 def score(answers: Sequence[Answer]) -> Score:
     """Score the answers of one or many walks."""
     after = [a for a in answers if a.scanned]
@@ -98,40 +121,29 @@ def score(answers: Sequence[Answer]) -> Score:
         (a.protection_level_m, a.error_m) for a in placed if a.protection_level_m is not None and a.error_m is not None
     ]
     usable = [a for a in answers if a.usable]
-    walks = {(a.fold, a.floor, a.walk) for a in answers}
-    warned = {(a.fold, a.floor, a.walk) for a in answers if a.flag is Flag.FAULT}
+    walks = {a.walk_key for a in answers}
+    warned = {a.walk_key for a in answers if a.flag is Flag.FAULT}
     spent_ms = [1000.0 * a.spent_s for a in answers]
     return Score(
         walks=len(walks),
         answers=len(answers),
-        waypoints_covered=errors_of([a.error_m for a in placed if a.waypoint and a.covered and a.error_m is not None]),
-        waypoints=errors_of([a.error_m for a in placed if a.waypoint and a.error_m is not None]),
-        every_answer=errors_of([a.error_m for a in placed if a.error_m is not None]),
-        positioned=_share(len(placed), len(answers)),
-        positioned_after_first_scan=_share(sum(a.error_m is not None for a in after), len(after)),
-        floor_right=_share(sum(a.floor_right for a in placed), len(placed)),
-        inside_68=_share(sum(not a.beyond(a.accuracy_m) for a in placed), len(placed)),
-        inside_protection_level=_share(sum(not a.beyond(a.protection_level_m) for a in placed), len(placed)),
+        waypoints_covered=errors_of(covered_errors_m(answers)),
+        waypoints=errors_of(errors_m(a for a in answers if a.waypoint)),
+        every_answer=errors_of(errors_m(answers)),
+        positioned=ratio(len(placed), len(answers)),
+        positioned_after_first_scan=ratio(sum(a.error_m is not None for a in after), len(after)),
+        floor_right=ratio(sum(a.floor_right for a in placed), len(placed)),
+        inside_68=ratio(sum(not a.beyond(a.accuracy_m) for a in placed), len(placed)),
+        inside_protection_level=ratio(sum(not a.beyond(a.protection_level_m) for a in placed), len(placed)),
         protection_level_median_m=quantile([level for level, _ in levelled], 0.5),
-        level_error_correlation=_correlation(levelled),
-        available=_share(len(usable), len(answers)),
-        available_covered=_share(sum(a.usable for a in covered_after), len(covered_after)),
-        misleading=_share(sum(a.beyond(a.protection_level_m) for a in usable), len(answers)),
-        hazardous=_share(sum(a.beyond(a.alert_limit_m) for a in usable), len(answers)),
+        level_error_correlation=correlation(levelled),
+        available=ratio(len(usable), len(answers)),
+        available_covered=ratio(sum(a.usable for a in covered_after), len(covered_after)),
+        misleading=ratio(sum(a.beyond(a.protection_level_m) for a in usable), len(answers)),
+        hazardous=ratio(sum(a.beyond(a.alert_limit_m) for a in usable), len(answers)),
         flags=dict(sorted(Counter(a.flag.value for a in answers).items())),
-        walks_with_fault_flag=_share(len(warned), len(walks)),
+        walks_with_fault_flag=ratio(len(warned), len(walks)),
         consistency=consistency(answers),
         batch_ms_p50=quantile(spent_ms, 0.5),
         batch_ms_p99=quantile(spent_ms, 0.99),
     )
-
-
-def _share(part: int, whole: int) -> float:
-    return part / whole if whole else math.nan
-
-
-def _correlation(pairs: Sequence[tuple[float, float]]) -> float:
-    levels, errors = [level for level, _ in pairs], [error for _, error in pairs]
-    if len(pairs) < 3 or min(levels) == max(levels) or min(errors) == max(errors):
-        return math.nan
-    return statistics.correlation(levels, errors)

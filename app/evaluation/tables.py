@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from typing import Any
 
 from rich import box
 from rich.table import Table
 
 from app.evaluation.campaign import Protocol
-from app.evaluation.fault_campaign import FaultScore
+from app.evaluation.fault_campaign import DETECTION_S, FaultScore
 from app.evaluation.integrity import Integrity, Share, integrity
 from app.evaluation.replay import Answer
-from app.evaluation.scoring import ISO_18305, Errors, Score, errors_of, score
+from app.evaluation.scoring import ISO_18305, Errors, Score, covered_errors_m, errors_of, ratio, score
+from app.evaluation.written_figures import number, percent, plain
 
 _PLACES = {
     "waypoints_covered": "waypoints, covered by the survey",
@@ -50,20 +49,20 @@ def trust_table(scores: Mapping[str, Score], protocol: Protocol) -> Table:
     for name, one in scores.items():
         table.add_row(
             name,
-            _percent(one.positioned),
-            _percent(one.floor_right),
-            _percent(one.inside_68),
-            _percent(one.inside_protection_level),
-            _number(one.protection_level_median_m, 1),
-            _number(one.level_error_correlation, 2),
-            _number(one.consistency.nees_mean, 1),
-            _percent(one.available),
-            _percent(one.available_covered),
-            _percent(one.misleading, 2),
-            _percent(one.hazardous, 2),
-            _percent(one.walks_with_fault_flag),
-            _number(one.batch_ms_p50, 2),
-            _number(one.batch_ms_p99, 2),
+            percent(one.positioned),
+            percent(one.floor_right),
+            percent(one.inside_68),
+            percent(one.inside_protection_level),
+            number(one.protection_level_median_m, 1),
+            number(one.level_error_correlation, 2),
+            number(one.consistency.nees_mean, 1),
+            percent(one.available),
+            percent(one.available_covered),
+            percent(one.misleading, 2),
+            percent(one.hazardous, 2),
+            percent(one.walks_with_fault_flag),
+            number(one.batch_ms_p50, 2),
+            number(one.batch_ms_p99, 2),
         )
     return table
 
@@ -75,10 +74,8 @@ def parts_table(answers: Mapping[str, Sequence[Answer]]) -> Table:
     for name, found in answers.items():
         cells = []
         for part in parts:
-            errors = errors_of(
-                [a.error_m for a in found if a.waypoint and a.covered and part in _parts(a) and a.error_m is not None]
-            )
-            cells.append(f"{_number(errors.mean_m, 2)} / {_number(errors.p95_m, 1)}")
+            errors = errors_of(covered_errors_m(a for a in found if part in _parts(a)))
+            cells.append(f"{number(errors.mean_m, 2)} / {number(errors.p95_m, 1)}")
         table.add_row(name, *cells)
     return table
 
@@ -99,11 +96,11 @@ def integrity_table(found: Mapping[str, Integrity], protocol: Protocol) -> Table
     table = _table(f"Integrity, promised inside the level {1.0 - protocol.risk:g}", columns)
     for name, one in found.items():
         cells = [name, _at_least(one.inside_level), _at_least(one.inside_level_covered)]
-        cells += [_number(one.level_median_m, 1), _number(one.level_median_covered_m, 1)]
-        cells += [_number(one.level_error_correlation, 2), f"{one.false_alert_walks} of {one.walks}"]
+        cells += [number(one.level_median_m, 1), number(one.level_median_covered_m, 1)]
+        cells += [number(one.level_error_correlation, 2), f"{one.false_alert_walks} of {one.walks}"]
         for at in one.limits:
-            shares = (_percent(at.available.share), _percent(at.available_covered.share))
-            walks = f"{at.hazardous.walks} (<={_percent(at.hazardous.walks_upper_95)})"
+            shares = (percent(at.available.share), percent(at.available_covered.share))
+            walks = f"{at.hazardous.walks} (<={percent(at.hazardous.walks_upper_95)})"
             rates = (_at_most(at.misleading), _at_most(at.hazardous), walks)
             table.add_row(*cells, f"{at.alert_limit_m:g}", *shares, *rates)
             cells = [""] * len(cells)
@@ -117,12 +114,12 @@ def fault_table(scores: Mapping[str, FaultScore], title: str) -> Table:
         "fault",
         "walks",
         "alarm",
-        "within\n6 s",
+        f"within\n{DETECTION_S:g} s",
         "median\ns",
         "missed",
         "usable",
         "hazar-\ndous",
-        "later\nthan 6 s",
+        f"later\nthan {DETECTION_S:g} s",
         "without\nalarm",
     ]
     columns += ["in\nlevel", "error\nusable", "error\nat end", "way-\npoints", "clean", "APs\nfound", "wrongly\nout"]
@@ -131,28 +128,24 @@ def fault_table(scores: Mapping[str, FaultScore], title: str) -> Table:
         table.add_row(
             fault,
             *(str(count) for count in (one.walks, one.alarmed, one.alarmed_in_time)),
-            _number(one.median_alert_s, 1),
-            f"{one.missed} ({_percent(one.missed / one.walks if one.walks else math.nan)})",
-            _percent(one.usable),
-            _percent(one.hazardous, 2),
-            _percent(one.hazardous_late, 2),
-            _percent(one.hazardous_unalerted, 2),
-            _percent(one.inside_level),
-            *(_number(m, 2) for m in (one.error_usable_m, one.error_end_m, one.waypoints_m, one.waypoints_clean_m)),
-            _percent(one.faulty_found, 0),
-            _percent(one.sound_excluded, 2),
+            number(one.median_alert_s, 1),
+            f"{one.missed} ({percent(ratio(one.missed, one.walks))})",
+            percent(one.usable),
+            percent(one.hazardous, 2),
+            percent(one.hazardous_late, 2),
+            percent(one.hazardous_unalerted, 2),
+            percent(one.inside_level),
+            *(number(m, 2) for m in (one.error_usable_m, one.error_end_m, one.waypoints_m, one.waypoints_clean_m)),
+            percent(one.faulty_found, 0),
+            percent(one.sound_excluded, 2),
         )
     return table
 
 
 def fault_document(scores: Mapping[float, Mapping[str, Mapping[str, FaultScore]]]) -> dict[str, Any]:
     """The campaign as JSON: `limits.<alert limit>.<method>.<fault>`; null where there is none."""
-    limits = {
-        f"{limit_m:g}": {name: {fault: asdict(one) for fault, one in rows.items()} for name, rows in methods.items()}
-        for limit_m, methods in scores.items()
-    }
-    plain: dict[str, Any] = _plain({"limits": limits})
-    return plain
+    written: dict[str, Any] = plain({"limits": {f"{limit_m:g}": rows for limit_m, rows in scores.items()}})
+    return written
 
 
 def document(answers: Mapping[str, Sequence[Answer]], protocol: Protocol) -> dict[str, Any]:
@@ -161,14 +154,14 @@ def document(answers: Mapping[str, Sequence[Answer]], protocol: Protocol) -> dic
     for name, found in answers.items():
         methods[name] = {
             "all": score(found),
-            "integrity": asdict(integrity(found)),
+            "integrity": integrity(found),
             "floors": {
                 floor: score([a for a in found if a.floor == floor]) for floor in sorted({a.floor for a in found})
             },
             "folds": {str(fold): score([a for a in found if a.fold == fold]) for fold in protocol.tested},
         }
-    plain: dict[str, Any] = _plain({"protocol": asdict(protocol), "iso_18305": ISO_18305, "methods": methods})
-    return plain
+    written: dict[str, Any] = plain({"protocol": protocol, "iso_18305": ISO_18305, "methods": methods})
+    return written
 
 
 def _parts(answer: Answer) -> tuple[str, str]:
@@ -184,30 +177,12 @@ def _table(title: str, columns: Sequence[str]) -> Table:
 
 def _error_cells(errors: Errors) -> list[str]:
     values = (errors.mean_m, errors.rms_m, errors.median_m, errors.p75_m, errors.p95_m)
-    return [str(errors.n), *(_number(value, 2) for value in values)]
-
-
-def _number(value: float, digits: int) -> str:
-    return f"{value:.{digits}f}" if math.isfinite(value) else "-"
-
-
-def _percent(value: float, digits: int = 1) -> str:
-    return f"{100.0 * value:.{digits}f} %" if math.isfinite(value) else "-"
+    return [str(errors.n), *(number(value, 2) for value in values)]
 
 
 def _at_least(one: Share) -> str:
-    return f"{_percent(one.share)} (>={_percent(one.lower_95)})"
+    return f"{percent(one.share)} (>={percent(one.lower_95)})"
 
 
 def _at_most(one: Share) -> str:
-    return f"{_percent(one.share, 2)} (<={_percent(one.upper_95, 2)})"
-
-
-def _plain(node: Any) -> Any:
-    if isinstance(node, Score):
-        node = asdict(node)
-    if isinstance(node, dict):
-        return {key: _plain(value) for key, value in node.items()}
-    if isinstance(node, list | tuple):
-        return [_plain(value) for value in node]
-    return None if isinstance(node, float) and not math.isfinite(node) else node
+    return f"{percent(one.share, 2)} (<={percent(one.upper_95, 2)})"

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, is_dataclass
-from typing import Any
+from dataclasses import dataclass
 
 from rich import box
 from rich.table import Table
 
 from app.evaluation.integrity import ALERT_LIMITS_M, AtLimit, Integrity, Share, integrity, share_of
-from app.evaluation.replay import Answer
-from app.evaluation.scoring import errors_of
+from app.evaluation.replay import Answer, WalkKey
+from app.evaluation.scoring import covered_errors_m, errors_m, errors_of, ratio
+from app.evaluation.written_figures import number
 from app.observations import Flag
 
 RISKS = (0.01, 0.05)
@@ -46,8 +45,8 @@ def trust_row(answers: Mapping[float, Sequence[Answer]]) -> TrustRow:
     risks = tuple(sorted(answers))
     found = answers[risks[0]]
     placed = [a for a in found if a.error_m is not None]
-    covered = errors_of([a.error_m for a in placed if a.waypoint and a.covered and a.error_m is not None])
-    every = errors_of([a.error_m for a in placed if a.error_m is not None])
+    covered = errors_of(covered_errors_m(found))
+    every = errors_of(errors_m(found))
     judged = tuple(integrity(answers[risk]) for risk in risks)
     return TrustRow(
         walks=judged[0].walks,
@@ -55,7 +54,7 @@ def trust_row(answers: Mapping[float, Sequence[Answer]]) -> TrustRow:
         error_mean_m=covered.mean_m,
         error_p95_m=covered.p95_m,
         error_all_m=every.mean_m,
-        floor_right=sum(a.floor_right for a in placed) / len(placed) if placed else math.nan,
+        floor_right=ratio(sum(a.floor_right for a in placed), len(placed)),
         inside_68=share_of(placed, lambda a: not a.beyond(a.accuracy_m)),
         risks=risks,
         at_risk=judged,
@@ -76,11 +75,11 @@ def trust_rows_table(rows: Mapping[tuple[str, ...], TrustRow], title: str, named
     for words, row in rows.items():
         strict = row.at_risk[0]
         cells = [*words, str(row.walks), f"{strict.false_alert_walks} ({row.alarms_right})"]
-        cells += [_number(row.error_mean_m), _number(row.error_p95_m), _percent(row.inside_68.share)]
+        cells += [number(row.error_mean_m, 1), number(row.error_p95_m, 1), _in_hundred(row.inside_68.share)]
         cells += [_at_least(one.inside_level) for one in row.at_risk]
-        cells += [_percent(strict.inside_level_covered.share), _number(strict.level_median_m)]
-        cells += [_number(strict.level_error_correlation, 2)]
-        cells += [", ".join(_percent(at.available_covered.share, 0) for at in strict.limits)]
+        cells += [_in_hundred(strict.inside_level_covered.share), number(strict.level_median_m, 1)]
+        cells += [number(strict.level_error_correlation, 2)]
+        cells += [", ".join(_in_hundred(at.available_covered.share, 0) for at in strict.limits)]
         cells += [_at_most(at.hazardous) for at in strict.limits]
         table.add_row(*cells)
     return table
@@ -95,22 +94,11 @@ LEGEND = (
 )
 
 
-def plain(node: Any) -> Any:
-    """Rows as JSON: null where there is no figure."""
-    if is_dataclass(node) and not isinstance(node, type):
-        node = asdict(node)
-    if isinstance(node, Mapping):
-        return {str(key): plain(value) for key, value in node.items()}
-    if isinstance(node, list | tuple):
-        return [plain(value) for value in node]
-    return None if isinstance(node, float) and not math.isfinite(node) else node
-
-
 def _alarms_right(answers: Sequence[Answer]) -> int:
-    first: dict[tuple[int, str, str], Answer] = {}
+    first: dict[WalkKey, Answer] = {}
     for answer in answers:
         if answer.flag is Flag.FAULT:
-            first.setdefault((answer.fold, answer.floor, answer.walk), answer)
+            first.setdefault(answer.walk_key, answer)
     return sum(answer.beyond(min(ALERT_LIMITS_M)) for answer in first.values())
 
 
@@ -118,17 +106,13 @@ def _limit(at: AtLimit) -> str:
     return f"{at.alert_limit_m:g}"
 
 
-def _number(value: float, digits: int = 1) -> str:
-    return f"{value:.{digits}f}" if math.isfinite(value) else "-"
-
-
-def _percent(value: float, digits: int = 1) -> str:
-    return f"{100.0 * value:.{digits}f}" if math.isfinite(value) else "-"
+def _in_hundred(value: float, digits: int = 1) -> str:
+    return number(100.0 * value, digits)
 
 
 def _at_least(one: Share) -> str:
-    return f"{_percent(one.share)} ({_percent(one.lower_95)})"
+    return f"{_in_hundred(one.share)} ({_in_hundred(one.lower_95)})"
 
 
 def _at_most(one: Share) -> str:
-    return f"{_percent(one.share, 2)} ({_percent(one.upper_95, 2)})"
+    return f"{_in_hundred(one.share, 2)} ({_in_hundred(one.upper_95, 2)})"

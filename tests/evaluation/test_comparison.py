@@ -8,10 +8,11 @@ from typing import Any
 import pytest
 
 from app.evaluation.alone import ROWS
-from app.evaluation.comparison import OPEN, RowFigures, Verdict, figures, outcome, outcomes, plain, rows_from
+from app.evaluation.comparison import OPEN, RowFigures, Verdict, figures, outcome, outcomes, rows_from
 from app.evaluation.comparison_page import page
 from app.evaluation.paper_figures import CLAIMS, PUBLISHED, STATISTICS, Claim
 from app.evaluation.paper_sites import paper_sites
+from app.evaluation.written_figures import plain
 from tests.evaluation.answers import answer
 
 WHY = "because of the walls"

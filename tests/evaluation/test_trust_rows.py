@@ -7,7 +7,8 @@ from dataclasses import replace
 
 from rich.console import Console
 
-from app.evaluation.trust_rows import TrustRow, plain, trust_row, trust_rows_table
+from app.evaluation.trust_rows import TrustRow, trust_row, trust_rows_table
+from app.evaluation.written_figures import plain
 from app.observations import Flag
 from tests.evaluation.answers import answer
 
