@@ -25,9 +25,10 @@ def _lines(document: Mapping[str, Any], pictures: str | None) -> Iterator[str]:
     yield "# Comparison"
     yield ""
     yield (
-        "`make compare` wrote this page; what is said here is data of the command, not of an editor. It walks every "
-        "method and every ablation over the open recordings and over a simulation of each paper's site "
-        f"(seed {document['seed']}), and took {_minutes(document['seconds'])} with {document['jobs']} processes, "
+        "`make compare` wrote this page. Figures and verdicts are what it measured; the reasons, where a claim does "
+        "not come out, are written by hand. It walks every method and every ablation over the open recordings and over "
+        f"a simulation of each paper's site (seed {document['seed']}), and took {_minutes(document['seconds'])} with "
+        f"{document['jobs']} processes, "
         f"{_minutes(document[OPEN]['seconds'])} of them on the open walks."
     )
     yield ""

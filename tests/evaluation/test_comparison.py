@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 import pytest
@@ -92,6 +93,10 @@ def test_the_open_walks_stand_beside_but_do_not_decide() -> None:
 def test_a_row_that_was_not_walked_leaves_the_claim_unmeasured() -> None:
     assert outcome(CLAIM, {"wifi_alone": row()}, {}).verdict is Verdict.NOT_MEASURED
     assert {one.claim.site for one in outcomes({"A-floor1": {"wifi_alone": row()}, OPEN: {}})} == {"A-floor1"}
+
+
+def test_no_reason_written_by_hand_names_an_error_that_is_measured_anew() -> None:
+    assert [claim.why for claim in CLAIMS if re.search(r"errs? by \d|\d\.\d+ m\b", claim.why)] == []
 
 
 @pytest.mark.parametrize(
