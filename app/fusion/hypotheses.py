@@ -41,13 +41,14 @@ class HypothesisSettings:
 
     def beside_a_prior(self) -> HypothesisSettings:
         """For a first track that nothing but the phone's own word speaks for: it is given up as soon as it is a fault,
-        and the scans' place is settled after the way that else makes a rival answer."""
+        and the scans' place is settled after as many scans as else make a rival answer, walked or not: the word does
+        not bind."""
         return replace(
             self,
             moved_after=self.prior_after,
             moved_m=0.0,
             settled_after=self.moved_after,
-            settled_m=self.moved_m,
+            settled_m=0.0,
         )
 
 

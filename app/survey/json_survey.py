@@ -81,6 +81,11 @@ class _Surroundings:
         self._member = self._device_key = ""
         self._index, self._values = -1, 0
 
+    @property
+    def where(self) -> str:
+        """The member that is being read, empty before the first."""
+        return f"fingerprints[{max(self._index, 0)}]" if self._member == "fingerprints" else self._member
+
     def member(self, event: str, value: Any) -> None:
         """An event of the outermost object."""
         if event == "map_key":
@@ -132,7 +137,7 @@ def _surroundings(body: IO[bytes]) -> _Surroundings:
                 if depth > DEEPEST:
                     raise InvalidInput(f"the body is nested more than {DEEPEST} deep")
     except (ijson.JSONError, UnicodeDecodeError, ValueError, OverflowError) as error:
-        raise _not_json(error) from error
+        raise _not_read(error, found.where) from error
     if not found.has_fingerprints:
         raise InvalidInput("fingerprints are missing", "fingerprints")
     return found
@@ -142,11 +147,16 @@ def _items(body: IO[bytes]) -> Iterator[Any]:
     try:
         yield from ijson.items(body, "fingerprints.item", use_float=True)
     except (ijson.JSONError, UnicodeDecodeError, OverflowError, RecursionError) as error:
-        raise _not_json(error) from error
+        raise _not_read(error, "fingerprints") from error
 
 
-def _not_json(error: Exception) -> InvalidInput:
-    return InvalidInput(f"the body is not JSON: {str(error).splitlines()[0][:200] if str(error) else error!r}")
+def _not_read(error: Exception, where: str) -> InvalidInput:
+    """What is wrong with a body that cannot be read on. where : the member it was read up to."""
+    said = error.args[0] if error.args else repr(error)  # yajl's words, in bytes where it shows a part of the body
+    text = (said.decode(errors="replace") if isinstance(said, bytes) else str(said)).strip().splitlines()[0][:200]
+    if "overflow" in text:  # valid JSON, but the parser cannot go on behind it (ICRAR/ijson issue 153)
+        return InvalidInput(f"{where} holds a number that is larger than 64 bits hold", where)
+    return InvalidInput(f"the body is not JSON: {text}", where)
 
 
 def _place(item: object, extent: FloorExtent) -> PlaceReadings:

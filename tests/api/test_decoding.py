@@ -1,13 +1,14 @@
 from __future__ import annotations
 
 import gzip
+import random
 
 import pytest
 import zstandard
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.api.decoding import Packing, decompress, packing_of
+from app.api.decoding import MOST_MEMBERS, Packing, decompress, packing_of
 from app.errors import InvalidInput, TooLarge, UnsupportedMedia
 
 LIMIT = 1000
@@ -29,6 +30,21 @@ def test_a_bomb_is_refused(encoding: str) -> None:
     sent = gzip.compress(plain) if encoding == "gzip" else zstandard.compress(plain)
     with pytest.raises(TooLarge):
         decompress(sent, encoding, 1_000_000)
+
+
+@pytest.mark.parametrize("count", [MOST_MEMBERS, MOST_MEMBERS + 1])
+def test_a_gzip_body_may_have_many_members_but_not_any_number(count: int) -> None:
+    sent = gzip.compress(b"x") + (count - 1) * gzip.compress(b"")
+    if count <= MOST_MEMBERS:
+        assert decompress(sent, "gzip", LIMIT) == b"x"
+    else:
+        with pytest.raises(InvalidInput, match="members"):
+            decompress(sent, "gzip", LIMIT)
+
+
+def test_a_gzip_member_longer_than_a_piece_comes_back() -> None:
+    plain = random.Random(7).randbytes(300_000)
+    assert decompress(gzip.compress(plain) + gzip.compress(plain), "gzip", 600_000) == plain + plain
 
 
 def test_a_zstd_frame_that_asks_for_a_huge_window_is_refused() -> None:

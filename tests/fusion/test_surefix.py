@@ -90,6 +90,16 @@ def test_a_wrong_start_is_given_up_through_a_fault_as_soon_as_two_scans_contradi
     assert flags(fixes)[-1] is Flag.NOMINAL
 
 
+def test_a_wrong_start_does_not_bind_a_phone_that_stands_still() -> None:
+    here = HOME.truth(HOME.batches[0].end_s or 0.0)
+    scan = next(scan for batch in HOME.batches for scan in batch.wifi)
+    again = [replace(scan, time_s=scan.time_s + late_s, seen_s=scan.seen_s + late_s) for late_s in range(0, 36, 3)]
+    standing = [Batch(number, one.time_s, wifi=(one,)) for number, one in enumerate(again)]
+    wrong = SessionStart(start=Position(float(here[0]) + 40.0, float(here[1]), "F1"))
+    found = flags(run(SUREFIX, standing, start=wrong))
+    assert Flag.FAULT in found and set(found[-4:]) == {Flag.NOMINAL}
+
+
 def test_a_right_start_is_kept() -> None:
     here = HOME.truth(HOME.batches[0].end_s or 0.0)
     fixes = run(SUREFIX, list(HOME.batches), start=SessionStart(start=Position(float(here[0]), float(here[1]), "F1")))

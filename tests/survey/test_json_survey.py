@@ -73,7 +73,7 @@ def test_what_is_bad_is_rejected_by_its_path_and_the_rest_lands(bad: Any, item: 
     try:
         found, notes = json_survey(body(place(), bad, place(x=7)))
     except InvalidInput as error:  # numbers that no double holds end the parse
-        assert "10000" in json.dumps(bad) and not error.field
+        assert "10000" in json.dumps(bad) and error.field == item
         return
     assert {1.5, 7.0} <= {one.x_m for one in found}
     assert list(reasons(notes)) == [item]
@@ -112,8 +112,10 @@ def test_networks_that_opted_out_are_dropped_without_a_word() -> None:
         (b"{", ""),
         (b"\xff\xfe", ""),
         (b"PK\x03\x04", ""),
-        (body(place())[:-3], ""),
-        (b'{"floor":"F1","fingerprints":[{"x":NaN}]}', ""),
+        (body(place())[:-3], "fingerprints[0]"),
+        (b'{"floor":"F1","fingerprints":[{"x":NaN}]}', "fingerprints[0]"),
+        (body(place(), place(t=10**20)), "fingerprints[1]"),
+        (body(place(readings=[reading(frequency=10**400)])), "fingerprints[0]"),
         (b"[" * 100_000, ""),
         (b'{"floor":"F1","fingerprints":[' + b'{"a":' * 100_000, ""),
     ],
