@@ -1,8 +1,9 @@
-"""Moving partition: candidates are the reference points within a radius of the last fix, kept while it moves.
+"""Moving partition: candidates are the reference points within a radius of the last fix.
 
 two_stage_ekf_moving_partition.txt, section 4.1 (methods.md B). Equation 4 counts how many points of a regular grid
-enter and leave an array. Differs from the paper: points here lie anywhere, so instead of counting, members that are out
-of reach leave and the points of the squares about the new circle that the old one did not hold enter.
+enter and leave an array. Differs from the paper: points here lie anywhere, so the partition is made anew about each fix
+from the squares that its circle touches. Whoever looks for the points that enter looks at those squares too; knowing
+the old members would save nothing.
 """
 
 from __future__ import annotations
@@ -16,8 +17,6 @@ import numpy as np
 from app.estimation.arrays import FloatArray, IntArray
 from app.wifi.radio_map import Int32Array, RadioMap
 
-RADIUS_M = 2.5
-"""The paper's: how far one walks in a second."""
 _SIDE_M = 2.5
 
 
@@ -53,22 +52,13 @@ class PointGrid:
 _held: WeakKeyDictionary[RadioMap, PointGrid] = WeakKeyDictionary()
 
 
-def partition_around(radio_map: RadioMap, floor: int, x_m: float, y_m: float, radius_m: float = RADIUS_M) -> Partition:
-    """A partition from nothing: at the start, or when the last one lost its walker."""
-    return Partition(floor, x_m, y_m, radius_m, points_within(radio_map, floor, x_m, y_m, radius_m))
-
-
-def moved_partition(radio_map: RadioMap, partition: Partition, x_m: float, y_m: float) -> Partition:
-    """The partition about the next place on the same floor; equal to partition_around there."""
-    grid, r = _grid_of(radio_map), partition.radius_m
-    near = _within(grid, partition.floor, x_m, y_m, r)
-    points = _exchange(grid.xy_m, partition.points, near, partition.x_m, partition.y_m, x_m, y_m, r)
-    return Partition(partition.floor, x_m, y_m, r, points)
-
-
-def points_within(radio_map: RadioMap, floor: int, x_m: float, y_m: float, radius_m: float) -> IntArray:
-    """(m,) ascending reference points of a floor within a radius; looks at the squares it touches only."""
-    return _within(_grid_of(radio_map), floor, x_m, y_m, radius_m)
+def partition_around(radio_map: RadioMap, floor: int, x_m: float, y_m: float, radius_m: float) -> Partition:
+    """The partition about a place; looks at the squares that the circle touches only."""
+    grid = _grid_of(radio_map)
+    points = _within(
+        grid.key, grid.point, grid.xy_m, grid.west_m, grid.south_m, grid.columns, grid.rows, floor, x_m, y_m, radius_m
+    )
+    return Partition(floor, x_m, y_m, radius_m, points)
 
 
 def _grid_of(radio_map: RadioMap) -> PointGrid:
@@ -90,14 +80,8 @@ def _build(radio_map: RadioMap) -> PointGrid:
     return PointGrid(key[point], point, radio_map.floor, xy_m, west_m, south_m, columns, rows)
 
 
-def _within(grid: PointGrid, floor: int, x_m: float, y_m: float, radius_m: float) -> IntArray:
-    return _search(
-        grid.key, grid.point, grid.xy_m, grid.west_m, grid.south_m, grid.columns, grid.rows, floor, x_m, y_m, radius_m
-    )
-
-
 @numba.njit(cache=True, nogil=True)
-def _search(
+def _within(
     key: IntArray,
     point: IntArray,
     xy_m: FloatArray,
@@ -128,27 +112,3 @@ def _search(
                 count += 1
             begin += 1
     return np.sort(found[:count])
-
-
-@numba.njit(cache=True, nogil=True)
-def _exchange(
-    xy_m: FloatArray,
-    members: IntArray,
-    near: IntArray,
-    from_x_m: float,
-    from_y_m: float,
-    x_m: float,
-    y_m: float,
-    radius_m: float,
-) -> IntArray:
-    points = np.empty(len(members) + len(near), np.int64)
-    count = 0
-    for p in members:
-        if np.hypot(xy_m[p, 0] - x_m, xy_m[p, 1] - y_m) <= radius_m:
-            points[count] = p
-            count += 1
-    for p in near:
-        if np.hypot(xy_m[p, 0] - from_x_m, xy_m[p, 1] - from_y_m) > radius_m:
-            points[count] = p
-            count += 1
-    return np.sort(points[:count])

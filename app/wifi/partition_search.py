@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 
 from app.observations import WifiScan
 from app.wifi.match import Match
-from app.wifi.moving_partition import Partition, moved_partition, partition_around
+from app.wifi.moving_partition import Partition, partition_around
 from app.wifi.radio_map import RadioMap
 from app.wifi.strongest_wknn import StrongestSettings, strongest_wknn
 
@@ -77,7 +77,7 @@ def place_scan(
         match = strongest_wknn(radio_map, scan.bssid, scan.rssi_dbm, settings.strongest, held.floor, held.points)
         if match is not None and match.signal_distance <= settings.unlike * state.usual_db:
             x_m, y_m = match.xy_m.tolist()
-            moved = moved_partition(radio_map, held, x_m, y_m)
+            moved = partition_around(radio_map, held.floor, x_m, y_m, held.radius_m)
             return _after(state, radio_map, scan, match, moved, settings), match, False
     match = strongest_wknn(radio_map, scan.bssid, scan.rssi_dbm, settings.strongest)
     if match is None:

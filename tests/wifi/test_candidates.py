@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from app.wifi.ap_match import ap_match_candidates
 from app.wifi.fingerprint import Fingerprint
-from app.wifi.moving_partition import moved_partition, partition_around, points_within
+from app.wifi.moving_partition import partition_around
 from app.wifi.radio_map import RadioMap, build_radio_map
 from app.wifi.representation import represent
 from tests.wifi.surveys import ACCESS_POINTS, corridor, fingerprint, fingerprints
@@ -45,22 +45,11 @@ def test_the_strongest_counts_whatever_its_place_in_the_scan() -> None:
 
 
 @given(survey=fingerprints(least=0), place=PLACES, radius_m=st.floats(0.1, 8.0))
-def test_points_within_are_all_those_within(
+def test_a_partition_holds_all_points_within_its_radius(
     survey: list[Fingerprint], place: tuple[float, float], radius_m: float
 ) -> None:
     radio_map = build_radio_map(survey)
     for floor in range(len(radio_map.floors)):
         apart_m = np.hypot(radio_map.xy_m[:, 0] - place[0], radio_map.xy_m[:, 1] - place[1])
         expected = np.flatnonzero((apart_m <= radius_m) & (radio_map.floor == floor))
-        assert points_within(radio_map, floor, *place, radius_m).tolist() == expected.tolist()
-
-
-@given(survey=fingerprints(), walk=st.lists(PLACES, min_size=2, max_size=8), radius_m=st.floats(0.1, 8.0))
-def test_a_partition_that_moved_equals_one_made_there(
-    survey: list[Fingerprint], walk: list[tuple[float, float]], radius_m: float
-) -> None:
-    radio_map = build_radio_map(survey)
-    partition = partition_around(radio_map, 0, *walk[0], radius_m)
-    for place in walk[1:]:
-        partition = moved_partition(radio_map, partition, *place)
-        assert partition.points.tolist() == partition_around(radio_map, 0, *place, radius_m).points.tolist()
+        assert partition_around(radio_map, floor, *place, radius_m).points.tolist() == expected.tolist()
