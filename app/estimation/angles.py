@@ -1,4 +1,4 @@
-"""Angles on the circle: differences and means that do not break at +-pi."""
+"""Angles on the circle: differences that do not break at +-pi."""
 
 from __future__ import annotations
 
@@ -21,18 +21,3 @@ def wrap_all(angle_rad: FloatArray) -> FloatArray:
     """The same angles in (-pi, pi], any shape."""
     wrapped = np.remainder(angle_rad + np.pi, 2.0 * np.pi) - np.pi
     return np.where(wrapped <= -np.pi, np.pi, wrapped)
-
-
-def circular_mean(angle_rad: FloatArray, weight: FloatArray | None = None) -> float:
-    """Direction of the weighted mean of unit vectors, in (-pi, pi].
-
-    Parameters
-    ----------
-    angle_rad : (n,).  weight : (n,) non-negative; None for equal ones.
-
-    Notes
-    -----
-    Directions that cancel have no mean: the answer is then finite and means nothing.
-    """
-    weights = np.ones_like(angle_rad) if weight is None else weight
-    return wrap(math.atan2(float(weights @ np.sin(angle_rad)), float(weights @ np.cos(angle_rad))))

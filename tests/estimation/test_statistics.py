@@ -1,4 +1,4 @@
-"""Thresholds, robust weights, angles and bandwidths against their formulas and tables."""
+"""Thresholds, robust weights and angles against their formulas and tables."""
 
 from __future__ import annotations
 
@@ -11,10 +11,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from scipy.stats import chi2
 
-from app.errors import InvalidInput
-from app.estimation.angles import circular_mean, wrap, wrap_all
+from app.estimation.angles import wrap, wrap_all
 from app.estimation.innovation import chi2_threshold, f_threshold, normalised_square
-from app.estimation.kernel_density import silverman_bandwidth
 from app.estimation.robust_weights import igg3, inflated
 
 angles = st.floats(-1e4, 1e4)
@@ -79,21 +77,3 @@ def test_a_wrapped_angle_points_the_same_way_and_lies_in_the_half_open_circle(an
 def test_minus_pi_is_pi() -> None:
     assert wrap(-math.pi) == math.pi
     assert wrap_all(np.array([-math.pi, math.pi])).tolist() == [math.pi, math.pi]
-
-
-@settings(deadline=None)
-@given(angles, st.floats(-1.0, 1.0))
-def test_the_mean_of_two_directions_lies_between_them(angle_rad: float, apart_rad: float) -> None:
-    mean = circular_mean(np.array([angle_rad, angle_rad + apart_rad]))
-    assert math.cos(mean - angle_rad - apart_rad / 2.0) == pytest.approx(1.0)
-
-
-def test_a_direction_of_weight_nothing_does_not_count() -> None:
-    assert circular_mean(np.array([0.5, 2.0]), np.array([1.0, 0.0])) == pytest.approx(0.5)
-
-
-def test_silvermans_bandwidth_is_his_formula_and_falls_with_the_points() -> None:
-    assert silverman_bandwidth(2.0, 1, 100) == pytest.approx(2.0 * (4.0 / 300.0) ** 0.2)
-    assert silverman_bandwidth(2.0, 10, 1000) < silverman_bandwidth(2.0, 10, 10)
-    with pytest.raises(InvalidInput):
-        silverman_bandwidth(1.0, 0, 10)

@@ -14,6 +14,11 @@ def test_the_swing_is_found_again_from_the_length(swing_mps2: float, k: float) -
     assert swing_of_mps2(weinberg_length_m(swing_mps2, k), k) == pytest.approx(swing_mps2, abs=1e-9)
 
 
+def test_weinbergs_length_grows_with_the_fourth_root_of_the_swing() -> None:
+    assert weinberg_length_m(16.0, k=0.57) == pytest.approx(1.14)
+    assert weinberg_length_m(-1.0) == 0.0
+
+
 @given(st.floats(0.0, 10.0), st.floats(0.0, 1e3))
 def test_a_linear_length_is_one_that_legs_can_have_whatever_comes_in(period_s: float, swing_mps2: float) -> None:
     assert 0.4 < linear_length_m(period_s, swing_mps2) < 1.1

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.stats import gaussian_kde
 
 from app.wifi.fingerprint import Fingerprint
 from app.wifi.kernel_matching import PAPER, KernelSettings, kernel_match, mean_squares, silverman_sigma
@@ -45,8 +46,10 @@ def test_a_filled_point_hears_at_the_given_level_what_it_never_heard(
 
 
 def test_bandwidth_is_silvermans() -> None:
-    assert silverman_sigma(3.0, 1, 100) == pytest.approx(3.0 * (4 / 300) ** 0.2)
-    assert silverman_sigma(4.0, 20, 500) == pytest.approx(4.0 * (4 / (22 * 500)) ** (1 / 24))
+    rng = np.random.default_rng(5)
+    for access_points, points in ((1, 100), (20, 500)):
+        kernels = gaussian_kde(rng.normal(size=(access_points, points)), "silverman")
+        assert silverman_sigma(3.0, access_points, points) == pytest.approx(3.0 * kernels.factor)
 
 
 @pytest.mark.parametrize("settings", [KernelSettings(), PAPER], ids=["ours", "paper"])
