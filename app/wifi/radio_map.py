@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from app.estimation.arrays import Float32Array, FloatArray, IntArray
 from app.wifi.fingerprint import Fingerprint
-from app.wifi.weibull import SCALE_RANGE_DB, Weibull, weibull_of
 
 CELL_M = 1.5
 """Scans of a floor within one square of this side become one reference point. Measured equal to single scans (decision
@@ -37,7 +36,6 @@ class RadioMap:
     start : (a + 1,).  point : (n,).
     count : (n,) scans of the point that heard the access point, at least 1.
     mean_dbm : (n,) over those scans.  variance_db2 : (n,) unbiased, 0 of one scan.
-    weibull : (n,) parameters, of mean_dbm and spread_db.
     sections : further arrays that belong to this version, by name (signal field, calibration).
     beacons : the same of the Bluetooth beacons of the venue, with the same floors; None where none were surveyed.
     """
@@ -53,7 +51,6 @@ class RadioMap:
     count: Int32Array
     mean_dbm: Float32Array
     variance_db2: Float32Array
-    weibull: Weibull
     sections: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     beacons: RadioMap | None = None
 
@@ -99,7 +96,6 @@ def build_radio_map(
     mean_dbm = np.bincount(of_pair, rssi_dbm, minlength=len(pair)) / count
     square_db2 = np.bincount(of_pair, (rssi_dbm - mean_dbm[of_pair]) ** 2, minlength=len(pair))
     variance_db2 = (square_db2 / np.maximum(count - 1, 1)).astype(np.float32)
-    mean32_dbm = mean_dbm.astype(np.float32)
     return RadioMap(
         version=version,
         floors=names,
@@ -110,15 +106,9 @@ def build_radio_map(
         start=np.searchsorted(pair, np.arange(len(bssid) + 1) * max(len(first), 1)),
         point=(pair % max(len(first), 1)).astype(np.int32),
         count=count.astype(np.int32),
-        mean_dbm=mean32_dbm,
+        mean_dbm=mean_dbm.astype(np.float32),
         variance_db2=variance_db2,
-        weibull=weibull_of(mean32_dbm, spread_db(count, variance_db2)),
     )
-
-
-def spread_db(count: NDArray[np.integer], variance_db2: NDArray[np.floating]) -> FloatArray:
-    """(n,) standard deviation of readings; of a single one, which shows none, the widest of the Weibull model."""
-    return np.where(count > 1, np.sqrt(variance_db2, dtype=np.float64), SCALE_RANGE_DB[1])
 
 
 def _gather(floor: IntArray, xy_m: FloatArray, cell_m: float) -> tuple[IntArray, IntArray]:

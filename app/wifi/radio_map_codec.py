@@ -2,7 +2,7 @@
 
 Layout: MAGIC, then a zstd frame with checksum of: length of the table of contents (4 bytes, little-endian), the table
 (JSON), and the arrays' bytes in its order; the table of a map with beacons holds theirs under `beacons`, and their
-arrays follow. Weibull parameters are functions of mean and variance and made anew.
+arrays follow.
 """
 
 from __future__ import annotations
@@ -17,8 +17,7 @@ import orjson
 import zstandard
 from numpy.typing import NDArray
 
-from app.wifi.radio_map import RadioMap, spread_db
-from app.wifi.weibull import weibull_of
+from app.wifi.radio_map import RadioMap
 
 MAGIC: Final = b"SFRM\x01"
 """Four letters and the number of the layout."""
@@ -109,8 +108,7 @@ def _map(table: Any, content: bytes, at: int) -> tuple[RadioMap, int]:
     arrays, end = _arrays(table["arrays"], content, at)
     sections, end = _arrays(table["sections"], content, end)
     _check(arrays, len(floors))
-    weibull = weibull_of(arrays["mean_dbm"], spread_db(arrays["count"], arrays["variance_db2"]))
-    return RadioMap(version=version, floors=floors, **arrays, weibull=weibull, sections=sections, beacons=None), end
+    return RadioMap(version=version, floors=floors, **arrays, sections=sections, beacons=None), end
 
 
 def _entry(name: str, array: NDArray[Any]) -> dict[str, Any]:

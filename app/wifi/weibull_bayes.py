@@ -23,7 +23,7 @@ import numpy as np
 from app.estimation.arrays import Float32Array, FloatArray, IntArray
 from app.wifi.match import Match, floor_votes, known_access_points, matched, nearest
 from app.wifi.match_index import index_of
-from app.wifi.radio_map import Int32Array, RadioMap, spread_db
+from app.wifi.radio_map import Int32Array, RadioMap
 from app.wifi.representation import represent
 from app.wifi.weibull import SCALE_RANGE_DB, weibull_of, window_likelihood
 
@@ -131,7 +131,9 @@ def _weight(log_likelihood: FloatArray, witnesses: float) -> FloatArray:
 def _bins(radio_map: RadioMap) -> _Bins:
     bins = _held.get(radio_map)
     if bins is None:
-        std_db = np.minimum(spread_db(radio_map.count, radio_map.variance_db2), SCALE_RANGE_DB[1])
+        widest_db = SCALE_RANGE_DB[1]
+        std_db = np.minimum(np.sqrt(radio_map.variance_db2, dtype=np.float64), widest_db)
+        std_db[radio_map.count == 1] = widest_db  # a single reading shows no spread
         bins = _held[radio_map] = _Bins(
             np.rint(radio_map.mean_dbm / STEP_DB).astype(np.int32), np.rint(std_db / _STD_STEP_DB).astype(np.int32)
         )

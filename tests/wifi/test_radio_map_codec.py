@@ -19,12 +19,10 @@ from tests.wifi.surveys import corridor, fingerprints
 
 
 def assert_same(one: RadioMap, other: RadioMap) -> None:
-    for name in (field.name for field in fields(RadioMap) if field.name not in ("weibull", "sections", "beacons")):
+    for name in (field.name for field in fields(RadioMap) if field.name not in ("sections", "beacons")):
         left, right = getattr(one, name), getattr(other, name)
         assert np.array_equal(left, right)
         assert getattr(left, "dtype", None) == getattr(right, "dtype", None)
-    for name in ("k", "lambda_db", "theta_dbm"):
-        assert np.array_equal(getattr(one.weibull, name), getattr(other.weibull, name))
     assert sorted(one.sections) == sorted(other.sections)
     assert all(np.array_equal(array, other.sections[name]) for name, array in one.sections.items())
     assert (one.beacons is None) == (other.beacons is None)

@@ -42,16 +42,6 @@ def test_parameters_and_likelihood_are_those_of_the_formulas(mean: float, std: f
     assert float(likelihood) == pytest.approx(plain_likelihood(reading, *expected), abs=1e-12)
 
 
-@given(survey=fingerprints())
-def test_the_map_holds_the_parameters_and_a_single_scan_the_widest(survey: list[Fingerprint]) -> None:
-    radio_map = build_radio_map(survey)
-    for at, count in enumerate(radio_map.count.tolist()):
-        std = math.sqrt(radio_map.variance_db2[at]) if count > 1 else 3.5
-        expected = plain_parameters(float(radio_map.mean_dbm[at]), std)
-        found = (radio_map.weibull.k[at], radio_map.weibull.lambda_db[at], radio_map.weibull.theta_dbm[at])
-        assert found == pytest.approx(expected, rel=1e-5)
-
-
 def plain_log_likelihood(radio_map: RadioMap, point: int, scan: dict[int, int], least: float) -> float:
     at = pairs(radio_map)
     known = set(radio_map.bssid.tolist())
