@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from app.estimation.arrays import FloatArray, IntArray
+from app.estimation.arrays import FloatArray, IntArray, looked_up, within
 from app.fusion.interface import Site
 from app.fusion.state_codec import storable
 from app.integrity.access_point_faults import FaultEvidenceSettings, ScanBesideMap, scan_evidence
@@ -19,7 +19,6 @@ from app.integrity.access_point_record import (
     kinds_of,
     nothing_recorded,
     recorded,
-    within,
 )
 from app.observations import Excluded, WifiScan
 from app.wifi.bssid import format_bssid
@@ -111,14 +110,14 @@ def watched(
     around = expected_readings(radio_map, floor, xy_m, math.sqrt(settings.least_sigma_m**2 + variance_m2))
     known = radio_map.bssid
     held, rssi_dbm = np.zeros(len(known), np.bool_), np.full(len(known), np.nan)
-    at = np.minimum(np.searchsorted(known, scan.bssid), len(known) - 1)
-    in_map = known[at] == scan.bssid
+    at, in_map = looked_up(scan.bssid, known)
     held[at[in_map]] = True
     new = in_map & (scan.seen_s > max(watch.scan_s, scan.time_s - settings.new_within_s))
     rssi_dbm[at[new]] = scan.rssi_dbm[new]
     record = watch.record if watch.floor == floor else nothing_recorded()
     judged = held | (around.heard > settings.evidence.expected_share * around.scans)
-    judged[np.searchsorted(known, record.bssid[within(record.bssid, known)])] = True
+    recorded_at, recorded_in_map = looked_up(record.bssid, known)
+    judged[recorded_at[recorded_in_map]] = True
     if site.watched:
         judged &= ~within(known, np.sort(np.fromiter(site.watched, np.int64, len(site.watched))))
     beside = ScanBesideMap(

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.estimation.arrays import BoolArray, FloatArray, IntArray
+from app.estimation.arrays import BoolArray, FloatArray, IntArray, looked_up, within
 from app.integrity.access_point_faults import ScanEvidence
 
 
@@ -113,8 +113,8 @@ def recorded(
     scan : of every access point on record too; one that it lacks is forgotten.
     rssi_dbm : (n,) its readings, NaN without.  xy_m : (2,) where it was taken.
     """
-    old = within(record.bssid, scan.bssid)
-    held = np.searchsorted(scan.bssid, record.bssid[old])
+    at, old = looked_up(record.bssid, scan.bssid)
+    held = at[old]
     score = np.zeros(len(scan.bssid))
     score[held] = record.score[old]
     score = np.clip(score + scan.evidence, 0.0, settings.most_score)
@@ -176,14 +176,6 @@ def kinds_of(record: AccessPointRecord, settings: RecordSettings) -> list[Access
         AccessPointFault.MOVED,
     )
     return [AccessPointFault(kind) for kind in kinds.tolist()]
-
-
-def within(value: IntArray, ascending: IntArray) -> BoolArray:
-    """(n,) whether each is among others, which are in order."""
-    if not len(ascending):
-        return np.zeros(len(value), np.bool_)
-    at = np.minimum(np.searchsorted(ascending, value), len(ascending) - 1)
-    return np.asarray(ascending[at] == value, np.bool_)
 
 
 def _voted(

@@ -10,7 +10,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from app.estimation.arrays import FloatArray, IntArray
+from app.estimation.arrays import FloatArray, IntArray, looked_up
 from app.wifi.match_index import MatchIndex, index_of
 from app.wifi.radio_map import RadioMap
 
@@ -34,9 +34,7 @@ def ap_match_candidates(radio_map: RadioMap, bssid: IntArray, rssi_dbm: FloatArr
     Access points that the map does not know are passed over: a phone's hotspot nearby is often the strongest.
     """
     lists = ap_match_index(radio_map)
-    at = np.searchsorted(radio_map.bssid, bssid)
-    known = at < len(radio_map.bssid)
-    known[known] = radio_map.bssid[at[known]] == bssid[known]
+    at, known = looked_up(bssid, radio_map.bssid)
     if not known.any():
         return np.empty(0, np.int64)
     access_points = at[known]

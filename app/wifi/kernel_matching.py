@@ -11,14 +11,14 @@ the paper writes variances.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from weakref import WeakKeyDictionary
 
 import numba
 import numpy as np
 
 from app.estimation.arrays import Float32Array, FloatArray, IntArray
-from app.wifi.match import Match, floor_votes, known_access_points, matched, nearest
+from app.wifi.match import Match, known_access_points, matched_nearest
 from app.wifi.match_index import index_of
 from app.wifi.radio_map import Int32Array, RadioMap
 from app.wifi.representation import represent
@@ -65,26 +65,23 @@ def kernel_match(
     if known == 0:
         return None
     square_db2, shared = mean_squares(radio_map, bssid, rssi_dbm, settings)
-    floors = index.floor
     if points is not None:
-        square_db2, shared, floors = square_db2[points], shared[points], floors[points]
+        square_db2, shared = square_db2[points], shared[points]
     if len(shared) == 0 or shared.max() == 0:
         return None
     most = int(shared.max())
     square_db2[shared < (1 if settings.missing_dbm is not None else LEAST_SHARE * most)] = np.inf
     sigma_db = silverman_sigma(max(_sigma_db(radio_map), settings.least_sigma_db), most, len(shared))
     precision = (most if settings.witnesses is None else settings.witnesses) / sigma_db**2
-    around = nearest(square_db2, floors, -1, settings.neighbours)
-    if len(around) == 0:  # every reading is too weak to weigh anything
+
+    def kernel(square_db2: FloatArray) -> FloatArray:
+        return np.asarray(np.exp(0.5 * precision * (square_db2[0] - square_db2)), np.float64)
+
+    match = matched_nearest(index, square_db2, points, floor, settings.neighbours, kernel, known)
+    if match is None:
         return None
-    votes = floor_votes(index, around if points is None else points[around], _kernel(square_db2[around], precision))
-    chosen = nearest(square_db2, floors, int(votes.argmax()) if floor is None else floor, settings.neighbours)
-    if len(chosen) == 0:
-        return None
-    best_db2 = square_db2[chosen]
-    neighbours = chosen if points is None else points[chosen]
     movement_m2 = settings.movement_sigma_m**2 * np.eye(2)
-    return matched(index, neighbours, np.sqrt(best_db2), _kernel(best_db2, precision), votes, known, movement_m2)
+    return replace(match, distance=np.sqrt(match.distance), covariance_m2=movement_m2 + match.covariance_m2)
 
 
 def silverman_sigma(sigma_db: float, access_points: int, points: int) -> float:
@@ -109,11 +106,6 @@ def mean_squares(
         strength if settings.by_strength else np.ones_like(strength),
         math.nan if settings.missing_dbm is None else settings.missing_dbm,
     )
-
-
-def _kernel(square_db2: FloatArray, precision: float) -> FloatArray:
-    weight: FloatArray = np.exp(-0.5 * precision * (square_db2 - square_db2.min()))
-    return weight
 
 
 def _sigma_db(radio_map: RadioMap) -> float:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numba
 import numpy as np
 
-from app.estimation.arrays import FloatArray, IntArray
+from app.estimation.arrays import FloatArray, IntArray, within
 from app.wifi.match_index import MatchIndex
 from app.wifi.radio_map import Int32Array
 
@@ -65,25 +66,56 @@ def matched(
     weight: FloatArray,
     floor_probability: FloatArray,
     known: int,
-    movement_m2: FloatArray | None = None,
 ) -> Match:
-    """A Match of neighbours on one floor. weight : (k,) not all 0, of any sum.  movement_m2 : (2, 2) added to the
-    scatter."""
+    """A Match of neighbours on one floor. weight : (k,) not all 0, of any sum."""
     weight = weight / weight.sum()
     xy_m = index.xy_m[points]
     centre_m = weight @ xy_m
     apart_m = xy_m - centre_m
-    scatter_m2 = (weight[:, np.newaxis] * apart_m).T @ apart_m
     return Match(
         floor=int(index.floor[points[0]]),
         floor_probability=floor_probability,
         xy_m=centre_m,
-        covariance_m2=scatter_m2 if movement_m2 is None else scatter_m2 + movement_m2,
+        covariance_m2=(weight[:, np.newaxis] * apart_m).T @ apart_m,
         points=points,
         distance=distance,
         weight=weight,
         known=known,
     )
+
+
+def matched_nearest(
+    index: MatchIndex,
+    distance: FloatArray,
+    points: IntArray | None,
+    floor: int | None,
+    neighbours: int,
+    weight_of: Callable[[FloatArray], FloatArray],
+    known: int,
+) -> Match | None:
+    """A Match of the nearest points, on the floor that the nearest on all floors vote for.
+
+    Parameters
+    ----------
+    distance : (p,) or, of points (m,) alone, (m,); those that are not finite are never taken.
+    floor : the floor to match on instead.  neighbours : for place and floor vote alike.
+    weight_of : weights of distances, both (k,), the smallest first.  known : as of the Match.
+
+    Returns
+    -------
+    None where no distance, or none on that floor, is finite.
+    """
+    floors = index.floor if points is None else index.floor[points]
+    around = nearest(distance, floors, -1, neighbours)
+    if len(around) == 0:
+        return None
+    votes = floor_votes(index, around if points is None else points[around], weight_of(distance[around]))
+    wanted = int(votes.argmax()) if floor is None else floor
+    chosen = around if (floors[around] == wanted).all() else nearest(distance, floors, wanted, neighbours)
+    if len(chosen) == 0:
+        return None
+    chosen_points = chosen if points is None else points[chosen]
+    return matched(index, chosen_points, distance[chosen], weight_of(distance[chosen]), votes, known)
 
 
 def floor_votes(index: MatchIndex, points: IntArray, weight: FloatArray) -> FloatArray:
@@ -94,10 +126,7 @@ def floor_votes(index: MatchIndex, points: IntArray, weight: FloatArray) -> Floa
 
 def known_access_points(index: MatchIndex, bssid: IntArray) -> int:
     """How many of a scan's access points the map knows."""
-    if not len(index.bssid):
-        return 0
-    at = np.minimum(np.searchsorted(index.bssid, bssid), len(index.bssid) - 1)
-    return int(np.count_nonzero(index.bssid[at] == bssid))
+    return int(np.count_nonzero(within(bssid, index.bssid)))
 
 
 @numba.njit(cache=True, nogil=True)

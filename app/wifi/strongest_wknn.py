@@ -17,7 +17,7 @@ import numba
 import numpy as np
 
 from app.estimation.arrays import Float32Array, FloatArray, IntArray
-from app.wifi.match import Match, floor_votes, matched, nearest
+from app.wifi.match import Match, matched_nearest
 from app.wifi.match_index import index_of
 from app.wifi.radio_map import Int32Array, RadioMap
 from app.wifi.representation import Representation, Shape, represent
@@ -66,21 +66,9 @@ def strongest_wknn(
         return None
     if points is None:
         distance = _to_all(index.start, index.point, index.value, access_points, height_db, len(index.floor))
-        floors = index.floor
     else:
         distance = _to_some(index.start, index.point, index.value, access_points, height_db, points)
-        floors = index.floor[points]
-    around = nearest(distance, floors, -1, settings.neighbours)
-    if len(around) == 0:
-        return None
-    votes = floor_votes(index, around if points is None else points[around], _weight(distance[around]))
-    voted = int(votes.argmax())
-    wanted = voted if floor is None else floor
-    chosen = around if votes[wanted] >= 1.0 else nearest(distance, floors, wanted, settings.neighbours)
-    if len(chosen) == 0:
-        return None
-    neighbours = chosen if points is None else points[chosen]
-    return matched(index, neighbours, distance[chosen], _weight(distance[chosen]), votes, known)
+    return matched_nearest(index, distance, points, floor, settings.neighbours, _weight, known)
 
 
 def _weight(distance_db: FloatArray) -> FloatArray:

@@ -21,7 +21,7 @@ import numba
 import numpy as np
 
 from app.estimation.arrays import Float32Array, FloatArray, IntArray
-from app.wifi.match import Match, floor_votes, known_access_points, matched, nearest
+from app.wifi.match import Match, known_access_points, matched_nearest
 from app.wifi.match_index import index_of
 from app.wifi.radio_map import Int32Array, RadioMap
 from app.wifi.representation import represent
@@ -82,21 +82,14 @@ def weibull_bayes(
     known = known_access_points(index, bssid)
     if known == 0:
         return None
-    log_likelihood = mean_log_likelihoods(radio_map, bssid, rssi_dbm, settings)
-    floors = index.floor
-    if points is not None:
-        log_likelihood, floors = log_likelihood[points], floors[points]
-    around = nearest(-log_likelihood, floors, -1, settings.neighbours)
-    if len(around) == 0:
-        return None
+    unlikeliness = -mean_log_likelihoods(radio_map, bssid, rssi_dbm, settings)
     witnesses = known if settings.witnesses is None else settings.witnesses
-    votes = floor_votes(index, around if points is None else points[around], _weight(log_likelihood[around], witnesses))
-    chosen = nearest(-log_likelihood, floors, int(votes.argmax()) if floor is None else floor, settings.neighbours)
-    if len(chosen) == 0:
-        return None
-    best = log_likelihood[chosen]
-    neighbours = chosen if points is None else points[chosen]
-    return matched(index, neighbours, -best, _weight(best, witnesses), votes, known)
+
+    def posterior(unlikeliness: FloatArray) -> FloatArray:
+        return np.asarray(np.exp(witnesses * (unlikeliness[0] - unlikeliness)), np.float64)
+
+    among = unlikeliness if points is None else unlikeliness[points]
+    return matched_nearest(index, among, points, floor, settings.neighbours, posterior, known)
 
 
 def mean_log_likelihoods(
@@ -121,11 +114,6 @@ def mean_log_likelihoods(
         math.log(settings.least_likelihood),
         settings.unheard,
     )
-
-
-def _weight(log_likelihood: FloatArray, witnesses: float) -> FloatArray:
-    weight: FloatArray = np.exp(witnesses * (log_likelihood - log_likelihood.max()))
-    return weight
 
 
 def _bins(radio_map: RadioMap) -> _Bins:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from app.estimation.arrays import FloatArray, IntArray
-from app.wifi.match import Match, floor_votes, known_access_points, matched, nearest
+from app.wifi.match import Match, known_access_points, matched_nearest
 from app.wifi.match_index import index_of
 from app.wifi.radio_map import RadioMap
 from app.wifi.representation import POWED, Representation
@@ -53,18 +53,9 @@ def wknn(
     if known == 0:
         return None
     distance = distances(index, bssid, rssi_dbm, settings.distance, points)
-    floors = index.floor if points is None else index.floor[points]
     if settings.distance is not Distance.EUCLIDEAN:
         distance[distance >= 1.0] = np.inf  # shares nothing
-    around = nearest(distance, floors, -1, settings.neighbours)
-    if len(around) == 0:
-        return None
-    votes = floor_votes(index, around if points is None else points[around], _weight(distance[around]))
-    chosen = nearest(distance, floors, int(votes.argmax()) if floor is None else floor, settings.neighbours)
-    if len(chosen) == 0:
-        return None
-    neighbours = chosen if points is None else points[chosen]
-    return matched(index, neighbours, distance[chosen], _weight(distance[chosen]), votes, known)
+    return matched_nearest(index, distance, points, floor, settings.neighbours, _weight, known)
 
 
 def _weight(distance: FloatArray) -> FloatArray:

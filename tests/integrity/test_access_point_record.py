@@ -13,7 +13,6 @@ from app.integrity.access_point_record import (
     kinds_of,
     nothing_recorded,
     recorded,
-    within,
 )
 
 SETTINGS = RecordSettings()
@@ -119,8 +118,3 @@ def test_two_that_sound_as_the_other_should_are_swapped_and_each_knows_the_other
     record = _after(scans)
     assert record.partner.tolist() == [2, 1]
     assert kinds_of(record, SETTINGS) == [AccessPointFault.SWAPPED] * 2
-
-
-def test_membership_is_that_of_sets() -> None:
-    assert within(np.array([1, 5, 9]), np.array([5, 7])).tolist() == [False, True, False]
-    assert within(np.array([1]), np.empty(0, np.int64)).tolist() == [False]
