@@ -9,6 +9,8 @@ from numba import njit
 
 from app.estimation.arrays import FloatArray
 
+DEGREE = math.pi / 180.0
+
 
 @njit(cache=True)
 def wrap(angle_rad: float) -> float:

@@ -10,12 +10,9 @@ from scipy.special import chdtri
 from app.estimation.arrays import FloatArray
 from app.estimation.unscented_kalman import solve_positive
 
-FALSE_ALARM = 0.333e-6
-"""Of one test; integrity paper section 4.4.1, from aviation."""
-
 
 @lru_cache(256)
-def chi2_threshold(size: int, false_alarm: float = FALSE_ALARM) -> float:
+def chi2_threshold(size: int, false_alarm: float) -> float:
     """What a chi-squared variable of `size` degrees of freedom exceeds with that probability, Eq. 37."""
     return float(chdtri(size, false_alarm))
 

@@ -17,6 +17,7 @@ import math
 import numpy as np
 from numba import njit
 
+from app.estimation.angles import DEGREE, wrap
 from app.estimation.arrays import FloatArray
 from app.pdr.attitude_state import ACC, DRIFT, GYR, LEVEL_S, MAG, POINTED, REST_S, ROT, TURN
 from app.pdr.compass import (
@@ -31,9 +32,8 @@ from app.pdr.compass import (
     follow_compass,
     is_foreign,
     trust_field,
-    wrapped,
 )
-from app.pdr.gyroscope_bias import DEGREE, REST_AFTER_S, TAU_REST_S, learn_bias, notice_rest
+from app.pdr.gyroscope_bias import REST_AFTER_S, TAU_REST_S, learn_bias, notice_rest
 from app.pdr.gyroscope_stuck import gyroscope_stuck, notice_repeats
 from app.pdr.quaternion import azimuth, multiply, rotate, turn_by
 
@@ -192,7 +192,7 @@ def track(
                 north = math.atan2(work[0], work[1])
                 turning = rate[0] ** 2 + rate[1] ** 2 + rate[2] ** 2 >= TURNING**2
                 trust_field(interval_s, norm, -math.asin(min(max(work[2] / norm, -1.0), 1.0)), turning, magnetic)
-                magnetic[BEARING] = math.nan if has_rate and is_foreign(magnetic) else wrapped(azimuth(own) - north)
+                magnetic[BEARING] = math.nan if has_rate and is_foreign(magnetic) else wrap(azimuth(own) - north)
                 if not has_rotation:
                     scalars[DRIFT] = follow_compass(north, interval_s, has_rate, scalars[DRIFT], magnetic)
             else:
@@ -202,7 +202,7 @@ def track(
             _take_rotation_vector(rot, r, anchor)
             multiply(inclination, strapdown, then)
             # the own filter follows, so that nothing jumps when this stream ends
-            magnetic[DELTA] = wrapped(azimuth(given) - azimuth(then))
+            magnetic[DELTA] = wrap(azimuth(given) - azimuth(then))
             magnetic[START_GAIN], scalars[DRIFT] = 0.0, 0.0
             time_s[ROT], r = now, r + 1
         else:
@@ -233,14 +233,14 @@ def track(
                     heading = azimuth(given)
                 variance, absolute = SIGMA_ROTATION_VECTOR**2, True
             else:
-                heading = wrapped(azimuth(own) + magnetic[DELTA])
+                heading = wrap(azimuth(own) + magnetic[DELTA])
                 if not has_field:
                     scalars[DRIFT] += DRIFT_VARIANCE * interval_s
                 absolute = magnetic[START_GAIN] < 1.0 and (has_rate or has_field)
                 floor = SIGMA_COMPASS if has_rate else SIGMA_NO_GYRO
                 variance = min(floor**2 + scalars[DRIFT], math.pi**2) if absolute else math.pi**2
             if not has_rate:
-                scalars[TURN] += wrapped(heading - scalars[POINTED])
+                scalars[TURN] += wrap(heading - scalars[POINTED])
             scalars[POINTED] = heading
             answer[a, SIZE] = math.sqrt(acc[a, 0] ** 2 + acc[a, 1] ** 2 + acc[a, 2] ** 2)
             answer[a, HEADING], answer[a, VARIANCE], answer[a, TURNED] = heading, variance, scalars[TURN]

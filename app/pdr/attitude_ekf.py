@@ -17,11 +17,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numba import njit
 
+from app.estimation.angles import wrap
 from app.estimation.arrays import FloatArray
 from app.observations import Batch
+from app.pdr.gravity import GRAVITY_MPS2
 from app.pdr.tracker import fresh_samples
 
-GRAVITY_MPS2 = 9.80665
 LEAST_COSINE = 0.05
 LIMIT_RAD_PER_S = 40.0
 """A phone's gyroscope ends at 35."""
@@ -176,8 +177,8 @@ def turn(values: FloatArray, covariance: FloatArray, rate: FloatArray, interval_
     if not covariance[0, 0] + covariance[1, 1] + covariance[2, 2] < UNKNOWN_RAD2:
         _begin(covariance)
     values[HEADING] += interval_s * about / pitch_cosine
-    values[PITCH] = _wrapped(values[PITCH] + interval_s * along)
-    values[ROLL] = _wrapped(values[ROLL] + interval_s * (y + about * tangent))
+    values[PITCH] = wrap(values[PITCH] + interval_s * along)
+    values[ROLL] = wrap(values[ROLL] + interval_s * (y + about * tangent))
 
 
 @njit(cache=True)
@@ -200,8 +201,8 @@ def lean(values: FloatArray, covariance: FloatArray, force: FloatArray, measurem
             for j in range(3):
                 covariance[i, j] -= column[i] * column[j] / total
     values[HEADING] += correction[0]
-    values[PITCH] = _wrapped(pitch + correction[1])
-    values[ROLL] = _wrapped(roll + correction[2])
+    values[PITCH] = wrap(pitch + correction[1])
+    values[ROLL] = wrap(roll + correction[2])
 
 
 @njit(cache=True)
@@ -225,8 +226,3 @@ def _begin(covariance: FloatArray) -> None:
 @njit(cache=True)
 def _limited(rate_rad_per_s: float) -> float:
     return min(max(rate_rad_per_s, -LIMIT_RAD_PER_S), LIMIT_RAD_PER_S)
-
-
-@njit(cache=True)
-def _wrapped(angle: float) -> float:
-    return angle - 2.0 * math.pi * math.floor((angle + math.pi) / (2.0 * math.pi))

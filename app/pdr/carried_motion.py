@@ -46,9 +46,9 @@ from app.pdr.carried_state import (
     TURNED,
     UP,
 )
+from app.pdr.gravity import GRAVITY_MPS2
 from app.pdr.quaternion import azimuth, rotate
 from app.pdr.quaternion_ukf import (
-    GRAVITY_MPS2,
     face_north,
     level,
     predict,

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from app.estimation.arrays import FloatArray
 from app.observations import Carrying
 from app.pdr.carried_state import EAST, FACES, NORM, NORTH, UP
-from app.pdr.quaternion_ukf import GRAVITY_MPS2
+from app.pdr.gravity import GRAVITY_MPS2
 
 WINDOW_S, APART_S = 2.0, 1.0
 LEAST_CELLS = 30

@@ -17,7 +17,7 @@ import numpy as np
 from app.estimation.arrays import FloatArray
 from app.observations import Carrying
 from app.pdr.carried_state import NORM
-from app.pdr.quaternion_ukf import GRAVITY_MPS2
+from app.pdr.gravity import GRAVITY_MPS2
 
 PERIOD_SHARE = 2.0 / 3.0
 """Of the usual time between steps that two of them are apart at least."""

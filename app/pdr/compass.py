@@ -13,9 +13,9 @@ import math
 import numpy as np
 from numba import njit
 
+from app.estimation.angles import DEGREE, wrap
 from app.estimation.arrays import FloatArray
 
-DEGREE = math.pi / 180.0
 TAU_COMPASS_S, TAU_COMPASS_NO_GYRO_S = 9.0, 1.0
 FIELD_SHARE, FIELD_DIP = 0.10, 10.0 * DEGREE
 TAU_FIELD_S, TAU_FIELD_REFERENCE_S, FIELD_CALM_S = 0.05, 20.0, 0.5
@@ -38,12 +38,6 @@ def no_compass_yet() -> FloatArray:
     values = np.zeros(12)
     values[START_GAIN], values[REJECT_S], values[BEARING] = 1.0, FIELD_REJECT_S, math.nan
     return values
-
-
-@njit(cache=True)
-def wrapped(angle_rad: float) -> float:
-    """The same angle in [-pi, pi)."""
-    return angle_rad - 2.0 * math.pi * math.floor((angle_rad + math.pi) / (2.0 * math.pi))
 
 
 @njit(cache=True)
@@ -111,5 +105,5 @@ def follow_compass(north_rad: float, interval_s: float, has_rate: bool, drift: f
         magnetic[START_GAIN] /= magnetic[START_GAIN] + 1.0
         if magnetic[START_GAIN] * TAU_COMPASS_S < interval_s:
             magnetic[START_GAIN] = 0.0
-    magnetic[DELTA] = wrapped(magnetic[DELTA] + gain * wrapped(-north_rad - magnetic[DELTA]))
+    magnetic[DELTA] = wrap(magnetic[DELTA] + gain * wrap(-north_rad - magnetic[DELTA]))
     return drift

@@ -9,9 +9,9 @@ import math
 
 from numba import njit
 
+from app.estimation.angles import DEGREE
 from app.estimation.arrays import FloatArray
 
-DEGREE = math.pi / 180.0
 BIAS_START, BIAS_LIMIT = 0.5 * DEGREE, 2.0 * DEGREE
 BIAS_DRIFT = (0.1 * DEGREE) ** 2 / 100.0
 """rad^2/s^3: grows to 0.1 degree/s in 100 s."""

@@ -30,7 +30,6 @@ from app.estimation.unscented_kalman import (
 )
 from app.pdr.quaternion import multiply, rotate
 
-GRAVITY_MPS2 = 9.80665
 ALPHA, BETA, KAPPA = 1.0, 2.0, 0.0
 """With alpha of 1 and four components no weight is negative, which a covariance without its fourth rank needs."""
 

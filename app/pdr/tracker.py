@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from app.estimation.angles import wrap
 from app.estimation.arrays import FloatArray
 from app.observations import AxisSamples, Batch, Carrying, Motion, Step
 from app.pdr import attitude, attitude_state, rhythm, step_detection
@@ -90,7 +91,7 @@ def advance_pdr(state: PdrState, batch: Batch, until_s: float | None = None) -> 
 
     heading_rad, absolute = state.heading_rad, state.heading_is_absolute
     if len(tracked):
-        heading_rad = _wrapped(tracked[-1, attitude.HEADING])
+        heading_rad = wrap(tracked[-1, attitude.HEADING])
         absolute = bool(tracked[-1, attitude.ABSOLUTE] > 0.0)
     after = PdrState(AttitudeState(*attitude_arrays), StepState(*step_arrays), heading_rad, absolute)
     return after, _output(after, tuple(_step(row) for row in found[:count]))
@@ -123,16 +124,11 @@ def _step(row: FloatArray) -> Step:
         time_s=float(row[rhythm.STEP_TIME]),
         duration_s=float(row[rhythm.STEP_DURATION]),
         length_m=weinberg_length_m(float(row[rhythm.STEP_SWING])),
-        heading_rad=_wrapped(row[rhythm.STEP_HEADING]),
+        heading_rad=wrap(row[rhythm.STEP_HEADING]),
         heading_sigma_rad=math.sqrt(float(row[rhythm.STEP_VARIANCE])),
         heading_change_rad=float(row[rhythm.STEP_CHANGE]),
         magnetic_heading_rad=float(row[rhythm.STEP_COMPASS]),
     )
-
-
-def _wrapped(angle_rad: float) -> float:
-    wrapped = math.remainder(float(angle_rad), math.tau)
-    return math.pi if wrapped == -math.pi else wrapped
 
 
 def fresh_samples(samples: AxisSamples, newest_s: float, until_s: float | None) -> tuple[FloatArray, FloatArray]:

@@ -14,10 +14,10 @@ from scipy.spatial.transform import Rotation
 
 from app.estimation.arrays import FloatArray
 from app.observations import AxisSamples
+from app.pdr.gravity import GRAVITY_MPS2
 from app.simulation.random_field import RandomField
 from app.simulation.walker import Walk
 
-GRAVITY_MPS2 = 9.80665
 EARTH_FIELD_UT = np.array([0.0, 31.0, -29.0])
 """East, north, up; magnetic north is taken for true north."""
 MAGNETIC_DISTURBANCE_UT, MAGNETIC_DISTURBANCE_M = 6.5, 2.5

@@ -15,7 +15,7 @@ import numpy as np
 
 from app.estimation.arrays import FloatArray, IntArray
 from app.wifi.fingerprint import Fingerprint
-from app.wifi.representation import Representation
+from app.wifi.representation import SQUARED
 from app.wifi.signal_distance import Distance
 from app.wifi.soft_match import SoftSettings
 
@@ -24,9 +24,7 @@ MARK = 1 << 62
 LISTENING_S = 2.0
 """Readings of so long make a scan: phones report beacons one by one. Alone on the mall walks of folds 1-4 scans of 1, 2
 and 4 s err by 10.9, 9.1 and 7.8 m; on the move a longer one is of several places."""
-BEACON_MATCH = SoftSettings(
-    Representation(exponent=2.0), softness=0.03, distance=Distance.SORENSEN, separated=False, few_known=0.0
-)
+BEACON_MATCH = SoftSettings(SQUARED, softness=0.03, distance=Distance.SORENSEN, separated=False, few_known=0.0)
 """Often a single beacon is heard; the cosine of one number is 1 whatever its level, this distance is not."""
 
 

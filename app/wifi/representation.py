@@ -41,6 +41,7 @@ class Representation:
 
 
 POWED = Representation()
+SQUARED = Representation(exponent=2.0)
 
 
 def represent(rssi_dbm: NDArray[np.floating], representation: Representation = POWED) -> Float32Array:

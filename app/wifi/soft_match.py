@@ -16,11 +16,10 @@ from app.estimation.arrays import FloatArray, IntArray
 from app.wifi.match import Match, floor_votes, known_access_points, matched, nearest
 from app.wifi.match_index import GROUPS, MatchIndex, index_of
 from app.wifi.radio_map import RadioMap
-from app.wifi.representation import Representation
+from app.wifi.representation import SQUARED, Representation
 from app.wifi.separation import cosine_distances, grouped_products, separated
 from app.wifi.signal_distance import Distance, distances
 
-SQUARED = Representation(exponent=2.0)
 NOTHING: IntArray = np.empty(0, np.int64)
 _FLOOR_SHARPNESS = 8.0
 _SURROUNDINGS_M = 8.0

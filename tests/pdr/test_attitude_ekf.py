@@ -13,7 +13,6 @@ from scipy.spatial.transform import Rotation
 from app.estimation.arrays import FloatArray
 from app.observations import AxisSamples
 from app.pdr.attitude_ekf import (
-    GRAVITY_MPS2,
     HEADING,
     PAPER_ATTITUDE,
     PITCH,
@@ -25,6 +24,7 @@ from app.pdr.attitude_ekf import (
     lean,
     turn,
 )
+from app.pdr.gravity import GRAVITY_MPS2
 from tests.pdr.phones import inertial_batch
 
 QUIET = AttitudeNoise()

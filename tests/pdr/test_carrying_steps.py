@@ -12,7 +12,8 @@ from app.observations import Batch, Carrying
 from app.pdr.carried_phone import CarriedPhone, advance_carried
 from app.pdr.carried_state import NORM
 from app.pdr.carrying_steps import LONGEST_M, SHORTEST_M, constants_of, is_step, step_length_m
-from app.pdr.quaternion_ukf import GRAVITY_MPS2, QuaternionNoise
+from app.pdr.gravity import GRAVITY_MPS2
+from app.pdr.quaternion_ukf import QuaternionNoise
 from app.pdr.tracker import advance_pdr, initial_pdr_state
 from app.simulation.carrying import POSITIONS, Bearing, feel_carried
 from app.simulation.recording import World, make_world

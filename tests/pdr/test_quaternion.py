@@ -5,14 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from app.estimation.arrays import FloatArray
 from app.pdr import quaternion
-from app.pdr.compass import wrapped
 
 numbers = st.floats(-3.0, 3.0)
 vectors = st.tuples(numbers, numbers, numbers).map(np.array)
@@ -53,9 +51,3 @@ def test_turning_by_a_rotation_vector_appends_it_in_the_device_frame(a: FloatArr
 def test_the_azimuth_of_a_phone_without_roll_is_its_heading_at_any_tilt(heading_rad: float, pitch_deg: float) -> None:
     q = ours(Rotation.from_euler("ZX", [-heading_rad, np.radians(pitch_deg)]))
     assert abs(math.remainder(quaternion.azimuth(q) - heading_rad, math.tau)) < 1e-9
-
-
-@pytest.mark.parametrize("angle", [0.0, 3.0, -3.0, math.pi, -math.pi, 7.0, -100.0])
-def test_wrapping_keeps_the_direction(angle: float) -> None:
-    assert -math.pi <= wrapped(angle) <= math.pi
-    assert math.cos(wrapped(angle) - angle) == pytest.approx(1.0)

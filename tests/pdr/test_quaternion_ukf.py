@@ -15,8 +15,8 @@ from scipy.spatial.transform import Rotation
 from app.estimation.arrays import FloatArray
 from app.pdr.carried_motion import carry
 from app.pdr.carried_state import CarriedMotion
+from app.pdr.gravity import GRAVITY_MPS2
 from app.pdr.quaternion_ukf import (
-    GRAVITY_MPS2,
     QuaternionNoise,
     face_north,
     level,

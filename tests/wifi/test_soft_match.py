@@ -11,7 +11,8 @@ from hypothesis import given
 from app.wifi.fingerprint import Fingerprint
 from app.wifi.match_index import index_of
 from app.wifi.radio_map import build_radio_map
-from app.wifi.soft_match import SQUARED, SoftSettings, soft_match
+from app.wifi.representation import SQUARED
+from app.wifi.soft_match import SoftSettings, soft_match
 from tests.wifi.surveys import corridor, fingerprint, fingerprints, heard_at
 
 SMOOTH_M = 3.0
