@@ -41,15 +41,13 @@ class MonitorSettings:
 class Monitored:
     """State and covariance after a monitored measurement, and what was found.
 
-    if1, if2 : flags of phases 1 and 3.  failed : (m,) components taken out.  sigma : (m,) nominal, of the innovation.
-    fused : whether the state is changed by the measurement at full weight.
+    if1, if2 : flags of phases 1 and 3.  sigma : (m,) nominal, of the innovation.  statistic, threshold : of phase 1.
     """
 
     mean: FloatArray
     covariance: FloatArray
     if1: int
     if2: int
-    failed: BoolArray
     sigma: FloatArray
     statistic: float
     threshold: float
@@ -83,13 +81,11 @@ def monitored_update(
     threshold = chi2_threshold(len(innovation), settings.false_alarm)
     sigma = np.sqrt(np.maximum(np.diag(spread), 0.0))
     if not (np.isfinite(innovation).all() and np.isfinite(spread).all() and np.isfinite(gain).all()):
-        everything = np.ones(len(innovation), np.bool_)
-        return Monitored(mean, covariance, 1, 1, everything, sigma, math.inf, threshold)
+        return Monitored(mean, covariance, 1, 1, sigma, math.inf, threshold)
     statistic = normalised_square(innovation, spread)
-    nothing = np.zeros(len(innovation), np.bool_)
     if not settings.monitored or statistic <= threshold:
         after, spread_after = correct(mean, covariance, innovation, spread, cross, gain, is_angle)
-        return Monitored(after, spread_after, 0, 0, nothing, sigma, statistic, threshold)
+        return Monitored(after, spread_after, 0, 0, sigma, statistic, threshold)
 
     robust = spread - noise + inflated(noise, igg3(innovation / sigma))
     gain = gain_of(cross, robust)
@@ -98,7 +94,7 @@ def monitored_update(
     if failed.any():
         gain = gain * np.where(failed, settings.outlier_gain, 1.0)
     after, spread_after = correct(mean, covariance, innovation, robust, cross, gain, is_angle)
-    return Monitored(after, spread_after, 1, int(failed.any()), failed, sigma, statistic, threshold)
+    return Monitored(after, spread_after, 1, int(failed.any()), sigma, statistic, threshold)
 
 
 def streak_after(streak: int, if2: int) -> int:

@@ -2,8 +2,7 @@
 
 Layout, little-endian: format (1 byte), parts (1 byte, bits), number of readings n (4 bytes), then columns: n addresses
 of 6 bytes, n RSSI of 2 bytes in hundredths of a dB. Each bit of `parts` announces one further column behind these:
-bit 1 the upper 2 bytes of each address, which only keys of beacons have; bit 0 is reserved for the place of each
-reading (n pairs of float32, metres).
+bit 1 the upper 2 bytes of each address, which only keys of beacons have; no other bit is in use.
 """
 
 from __future__ import annotations
