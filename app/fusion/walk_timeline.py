@@ -16,7 +16,7 @@ import numpy as np
 
 from app.estimation.arrays import FloatArray, IntArray
 from app.observations import Motion, RadioFix, Step
-from app.pdr.turn_doubt import SPAN_S, TurnRecord, noted, turns_doubted
+from app.pdr.turn_doubt import SPAN_S, TurnRecord, led
 
 BLIND_AFTER_S = 10.0
 """Without a step for so long, and yet not still, a phone moves in a way that nobody counts."""
@@ -106,11 +106,8 @@ def timeline(evidence: Sequence[Step | RadioFix], moments: Sequence[Moment]) -> 
 def _stepped(steps: Sequence[Step]) -> list[Link]:
     """A link a step. Of a gyroscope that is doubted neither turns nor headings are believed, nor what it said in the
     time that it took to doubt it."""
-    record, doubts_s = TurnRecord(), list[float]()
-    for step in steps:
-        record = noted(record, step)
-        if turns_doubted(record):
-            doubts_s.append(step.time_s)
+    _, ledby = led(TurnRecord(), steps, turns=True)
+    doubts_s = [one.step.time_s for one in ledby if one.doubted]
     links, before_s = list[Link](), -math.inf
     for step in steps:
         north, next_doubt = step.absolute, bisect.bisect_left(doubts_s, step.time_s)

@@ -43,11 +43,13 @@ class LedStep:
 
     turns : whether its turn is known by a gyroscope.
     afresh : whether the directions of the steps before it were wrong.
+    doubted : whether its gyroscope is.
     """
 
     step: Step
     turns: bool = True
     afresh: bool = False
+    doubted: bool = False
 
 
 def led(record: TurnRecord, steps: Sequence[Step], turns: bool) -> tuple[TurnRecord, list[LedStep]]:
@@ -62,9 +64,9 @@ def led(record: TurnRecord, steps: Sequence[Step], turns: bool) -> tuple[TurnRec
         if not doubted:
             found.append(LedStep(step, turns))
         elif np.isfinite(step.magnetic_heading_rad):
-            found.append(LedStep(_by_compass(record, step), turns=False, afresh=not doubted_before))
+            found.append(LedStep(_by_compass(record, step), turns=False, afresh=not doubted_before, doubted=True))
         else:
-            found.append(LedStep(_without_drift(record, step), turns))
+            found.append(LedStep(_without_drift(record, step), turns, doubted=True))
     return record, found
 
 

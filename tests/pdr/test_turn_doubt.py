@@ -72,6 +72,7 @@ def test_the_compass_leads_while_the_gyroscope_is_doubted() -> None:
     begins = doubted.index(True)
     assert begins * PERIOD_S < SPAN_S
     assert all(doubted[begins:])
+    assert [one.doubted for one in ledby] == doubted
     assert [one.afresh for one in ledby] == [k == begins for k in range(len(ledby))]
     assert [one.step for one in ledby[:begins]] == walked[:begins]
     for before, now, one in zip(walked[begins - 1 :], walked[begins:], ledby[begins:], strict=False):
@@ -88,7 +89,7 @@ def test_where_the_compass_is_silent_a_doubted_gyroscope_leads_less_its_drift() 
     heard = [replace(one, magnetic_heading_rad=math.nan) if k in silent else one for k, one in enumerate(walked)]
     _, ledby = led(TurnRecord(), heard, turns=True)
     for k in silent:
-        assert ledby[k].turns and not ledby[k].step.absolute
+        assert ledby[k].doubted and ledby[k].turns and not ledby[k].step.absolute
         true_rad = walked[k].heading_change_rad - bias * PERIOD_S
         assert math.isclose(ledby[k].step.heading_change_rad, true_rad, abs_tol=0.02)
     turned = sum(one.step.heading_change_rad for one in ledby[45:51])
