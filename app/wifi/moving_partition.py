@@ -15,7 +15,7 @@ import numba
 import numpy as np
 
 from app.estimation.arrays import FloatArray, IntArray
-from app.wifi.radio_map import Int32Array, RadioMap
+from app.wifi.radio_map import RadioMap
 
 _SIDE_M = 2.5
 
@@ -41,7 +41,6 @@ class PointGrid:
 
     key: IntArray
     point: IntArray
-    floor: Int32Array
     xy_m: FloatArray
     west_m: float
     south_m: float
@@ -71,13 +70,13 @@ def _grid_of(radio_map: RadioMap) -> PointGrid:
 def _build(radio_map: RadioMap) -> PointGrid:
     xy_m = radio_map.xy_m
     if len(xy_m) == 0:
-        return PointGrid(np.empty(0, np.int64), np.empty(0, np.int64), radio_map.floor, xy_m, 0.0, 0.0, 1, 1)
+        return PointGrid(np.empty(0, np.int64), np.empty(0, np.int64), xy_m, 0.0, 0.0, 1, 1)
     west_m, south_m = xy_m.min(axis=0).tolist()
     square = np.floor((xy_m - (west_m, south_m)) / _SIDE_M).astype(np.int64)
     columns, rows = (square.max(axis=0) + 1).tolist()
     key = (radio_map.floor.astype(np.int64) * columns + square[:, 0]) * rows + square[:, 1]
     point = np.argsort(key, kind="stable")
-    return PointGrid(key[point], point, radio_map.floor, xy_m, west_m, south_m, columns, rows)
+    return PointGrid(key[point], point, xy_m, west_m, south_m, columns, rows)
 
 
 @numba.njit(cache=True, nogil=True)
