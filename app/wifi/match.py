@@ -111,7 +111,7 @@ def matched_nearest(
         return None
     votes = floor_votes(index, around if points is None else points[around], weight_of(distance[around]))
     wanted = int(votes.argmax()) if floor is None else floor
-    chosen = around if (floors[around] == wanted).all() else nearest(distance, floors, wanted, neighbours)
+    chosen = around if set(floors[around].tolist()) == {wanted} else nearest(distance, floors, wanted, neighbours)
     if len(chosen) == 0:
         return None
     chosen_points = chosen if points is None else points[chosen]
