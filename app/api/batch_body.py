@@ -7,12 +7,13 @@ from typing import Annotated, Any, NotRequired
 
 import numpy as np
 import ormsgpack
-from pydantic import BaseModel, ConfigDict, FailFast, Field, TypeAdapter, ValidationError
+from pydantic import BaseModel, FailFast, Field, TypeAdapter, ValidationError
 from typing_extensions import TypedDict
 
 from app.api.batch_columns import LATEST_MS, axis_samples, pressure_samples, refuse_scattered
 from app.api.batch_scans import bluetooth_scans, wifi_scans
 from app.api.decoding import Packing
+from app.api.json_bodies import FROM_PHONES, refusal
 from app.errors import InvalidInput, TooLarge
 from app.observations import AxisSamples, Batch, PressureSamples
 
@@ -21,7 +22,6 @@ LARGEST_SCAN_LIST = 600
 LARGEST_SCAN = 2_000
 LARGEST_SEQUENCE = 2**31 - 1
 
-_STRICT = ConfigDict(strict=True, allow_inf_nan=False, extra="ignore")
 Column = Annotated[list[float], FailFast(), Field(max_length=LARGEST_COLUMN)]
 Instant = Annotated[float, Field(ge=1, le=LATEST_MS, description="Unix epoch milliseconds of the phone's clock.")]
 
@@ -29,7 +29,7 @@ Instant = Annotated[float, Field(ge=1, le=LATEST_MS, description="Unix epoch mil
 class AxisColumns(BaseModel):
     """A three-axis stream in the Android device frame: columns of equal length, ordered by time."""
 
-    model_config = _STRICT
+    model_config = FROM_PHONES
 
     t: Column
     x: Column
@@ -40,7 +40,7 @@ class AxisColumns(BaseModel):
 class PressureColumns(BaseModel):
     """The barometer, hPa."""
 
-    model_config = _STRICT
+    model_config = FROM_PHONES
 
     t: Column
     pressure: Column
@@ -49,7 +49,7 @@ class PressureColumns(BaseModel):
 class WifiReading(TypedDict):
     """One access point of a scan. `bssid` may be anything; what cannot be parsed is dropped and counted."""
 
-    __pydantic_config__ = _STRICT  # type: ignore[misc]
+    __pydantic_config__ = FROM_PHONES  # type: ignore[misc]
 
     bssid: NotRequired[Any]
     rssi: float
@@ -60,7 +60,7 @@ class WifiReading(TypedDict):
 class WifiScanBody(BaseModel):
     """One WiFi scan, as delivered at `t`."""
 
-    model_config = _STRICT
+    model_config = FROM_PHONES
 
     t: Instant
     readings: Annotated[list[WifiReading], FailFast(), Field(max_length=LARGEST_SCAN)]
@@ -69,7 +69,7 @@ class WifiScanBody(BaseModel):
 class BluetoothReading(TypedDict):
     """One beacon of a scan."""
 
-    __pydantic_config__ = _STRICT  # type: ignore[misc]
+    __pydantic_config__ = FROM_PHONES  # type: ignore[misc]
 
     id: NotRequired[Any]
     rssi: float
@@ -79,7 +79,7 @@ class BluetoothReading(TypedDict):
 class BluetoothScanBody(BaseModel):
     """One Bluetooth scan, as delivered at `t`."""
 
-    model_config = _STRICT
+    model_config = FROM_PHONES
 
     t: Instant
     readings: Annotated[list[BluetoothReading], FailFast(), Field(max_length=LARGEST_SCAN)]
@@ -92,7 +92,7 @@ class BatchBody(BaseModel):
     for a column other than `t`, told apart by the length of `t`.
     """
 
-    model_config = _STRICT
+    model_config = FROM_PHONES
 
     sequence: Annotated[int, Field(ge=0, le=LARGEST_SEQUENCE, description="0, 1, 2, ...")]
     end: Annotated[
@@ -140,21 +140,6 @@ def _parse_json(sent: bytes) -> BatchBody:
         except (ValueError, RecursionError):
             raise error from None
         return BATCH.validate_python(lenient)
-
-
-def refusal(error: ValidationError) -> InvalidInput:
-    """The first finding of a validation, as the error of this service; never the input itself, which may be large."""
-    first = error.errors(include_url=False, include_context=False, include_input=False)[0]
-    kind = TooLarge if first["type"] == "too_long" else InvalidInput
-    return kind(first["msg"], field_path(first["loc"]))
-
-
-def field_path(location: tuple[int | str, ...]) -> str:
-    """`("wifi", 0, "t")` as `wifi[0].t`."""
-    path = ""
-    for part in location:
-        path += f"[{part}]" if isinstance(part, int) else f".{part}" if path else part
-    return path
 
 
 def _unpack(sent: bytes) -> Any:

@@ -7,13 +7,13 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Request
 from fastapi.responses import JSONResponse
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import BaseModel, Field, TypeAdapter, ValidationError
 
-from app.api.batch_body import LARGEST_SCAN, refusal
+from app.api.batch_body import LARGEST_SCAN
 from app.api.batch_columns import LATEST_MS
 from app.api.batch_scans import wifi_scan
 from app.api.decoding import read_body
-from app.api.session_body import inlined_schema
+from app.api.json_bodies import FROM_PHONES, inlined_schema, refusal
 from app.errors import InvalidInput
 from app.observations import WifiScan
 from app.services.geolocation import Geolocation
@@ -27,7 +27,7 @@ LARGEST_AGE_MS = 86_400_000.0
 class AccessPointBody(BaseModel):
     """An access point that was heard. `age`: ms since then."""
 
-    model_config = ConfigDict(strict=True, allow_inf_nan=False, extra="ignore")
+    model_config = FROM_PHONES
 
     mac_address: Annotated[Any, Field(alias="macAddress")] = None
     signal_strength: Annotated[float | None, Field(alias="signalStrength", description="dBm")] = None
@@ -37,7 +37,7 @@ class AccessPointBody(BaseModel):
 class GeolocateBody(BaseModel):
     """Only `wifiAccessPoints` is used; cell towers and the sender's address are not."""
 
-    model_config = ConfigDict(strict=True, allow_inf_nan=False, extra="ignore")
+    model_config = FROM_PHONES
 
     wifi: Annotated[list[AccessPointBody], Field(alias="wifiAccessPoints", max_length=LARGEST_SCAN)] = []
 

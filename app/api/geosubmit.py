@@ -11,6 +11,7 @@ from fastapi import APIRouter, Depends, Request
 from fastapi.responses import JSONResponse
 
 from app.api.decoding import read_body
+from app.api.json_bodies import request_body
 from app.errors import InvalidInput
 from app.services.geosubmission import Geosubmission
 
@@ -47,7 +48,6 @@ _REPORT = {
     },
 }
 _SCHEMA = {"type": "object", "required": ["items"], "properties": {"items": {"type": "array", "items": _REPORT}}}
-_REQUEST = {"requestBody": {"required": True, "content": {"application/json": {"schema": _SCHEMA}}}}
 
 
 def geosubmit_router(geosubmission: Callable[..., Any], survey: Callable[..., Any]) -> APIRouter:
@@ -64,7 +64,7 @@ def geosubmit_router(geosubmission: Callable[..., Any], survey: Callable[..., An
         "/v2/geosubmit",
         responses={400: {"description": "parseError"}},
         summary="Report scans by latitude and longitude",
-        openapi_extra=_REQUEST,
+        openapi_extra=request_body(_SCHEMA),
     )
     async def geosubmit(request: Request, service: Geosubmission = Depends(geosubmission)) -> Any:
         """Each report goes to the floor whose georeferenced frame contains its position: of floors above one another

@@ -6,7 +6,7 @@ import http
 import json
 import logging
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +14,7 @@ from fastapi import FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 
+from app.api.json_bodies import field_path
 from app.errors import (
     Conflict,
     DependencyDown,
@@ -127,16 +128,9 @@ def _finding(found: Mapping[str, Any]) -> dict[str, Any]:
     where, *parts = found["loc"] or ("body",)
     if found["type"] == "json_invalid":
         parts = []  # pydantic puts the position of the character there
-    field = _path(parts)
+    field = field_path(parts)
     place = _place(field, in_body=where == "body") if field else {}
     return {"detail": str(found["msg"]), **place}
-
-
-def _path(parts: Sequence[int | str]) -> str:
-    path = ""
-    for part in parts:
-        path += f"[{part}]" if isinstance(part, int) else f".{part}" if path else part
-    return path
 
 
 def _is_of_body(request: Request, field: str) -> bool:

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from asyncio import to_thread
 from collections.abc import Callable
-from typing import Annotated, Any
+from typing import Any
 
 import orjson
-from fastapi import APIRouter, Depends, Path, Response
+from fastapi import APIRouter, Depends, Response
 
 from app.api.quality_body import QualityBody, ReportStartedBody
 from app.api.quality_page import HEADERS, page_of, waiting_page
+from app.api.radio_maps import Version
 from app.services.quality import Quality
 
 PNG = "image/png"
 HTML = "text/html"
-Version = Annotated[int, Path(ge=1, lt=1 << 31)]
 AGAIN_S = 5
 """When to ask again for a report that is being made."""
 

@@ -5,24 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Depends, Request
-from pydantic import BaseModel, ConfigDict, Field
+from fastapi import APIRouter, Depends, Path, Request
+from pydantic import BaseModel, Field
 
-from app.api.decoding import Packing, packing_of, read_body
-from app.api.session_body import inlined_schema
-from app.api.venue_body import parse_admin
-from app.errors import UnsupportedMedia
+from app.api.json_bodies import FROM_ADMINISTRATORS, parse_admin, read_json, request_body
 from app.services.radio_maps import RadioMaps
 from app.storage.radio_map_rows import VersionRow
 
 BODY_LIMIT_BYTES = 1_000_000
-_ADMIN = ConfigDict(strict=True, extra="forbid")
+Version = Annotated[int, Path(ge=1, lt=1 << 31)]
+"""Number of a version in a path."""
 
 
 class BuildBody(BaseModel):
     """The surveys to build a version of."""
 
-    model_config = _ADMIN
+    model_config = FROM_ADMINISTRATORS
 
     surveys: Annotated[list[Annotated[int, Field(ge=1, lt=1 << 63)]], Field(min_length=1, max_length=100_000)]
 
@@ -30,7 +28,7 @@ class BuildBody(BaseModel):
 class ActivateBody(BaseModel):
     """The version to make active."""
 
-    model_config = _ADMIN
+    model_config = FROM_ADMINISTRATORS
 
     version: Annotated[int, Field(ge=1, lt=1 << 31)]
 
@@ -93,11 +91,11 @@ def radio_maps_router(radio_maps: Callable[..., Any], read: Callable[..., Any], 
         response_model=VersionBody,
         dependencies=[Depends(admin)],
         summary="Build a version of chosen surveys",
-        openapi_extra=_request(BuildBody),
+        openapi_extra=request_body(BuildBody),
     )
     async def build(venue: str, request: Request, service: RadioMaps = Depends(radio_maps)) -> VersionBody:
         """It is not active until it is made so."""
-        body = parse_admin(BuildBody, await _json(request))
+        body = parse_admin(BuildBody, await read_json(request, BODY_LIMIT_BYTES))
         return _version(await service.build(venue, body.surveys))
 
     @router.put(
@@ -105,11 +103,11 @@ def radio_maps_router(radio_maps: Callable[..., Any], read: Callable[..., Any], 
         response_model=ActiveBody,
         dependencies=[Depends(admin)],
         summary="Make a version the active one",
-        openapi_extra=_request(ActivateBody),
+        openapi_extra=request_body(ActivateBody),
     )
     async def activate(venue: str, request: Request, service: RadioMaps = Depends(radio_maps)) -> ActiveBody:
         """Newer or older; running sessions move to it at their next scan."""
-        body = parse_admin(ActivateBody, await _json(request))
+        body = parse_admin(ActivateBody, await read_json(request, BODY_LIMIT_BYTES))
         await service.activate(venue, body.version)
         return ActiveBody(version=body.version)
 
@@ -124,13 +122,3 @@ def _version(row: VersionRow) -> VersionBody:
         surveys=list(row.surveys),
         summary=SummaryBody(**row.summary),
     )
-
-
-def _request(model: type[BaseModel]) -> dict[str, Any]:
-    return {"requestBody": {"required": True, "content": {Packing.JSON: {"schema": inlined_schema(model)}}}}
-
-
-async def _json(request: Request) -> bytes:
-    if packing_of(request.headers.get("content-type")) is not Packing.JSON:
-        raise UnsupportedMedia("this is read as application/json")
-    return await read_body(request, BODY_LIMIT_BYTES)

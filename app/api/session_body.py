@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import BaseModel, Field, TypeAdapter, ValidationError
 
-from app.api.batch_body import refusal
+from app.api.json_bodies import FROM_PHONES, refusal
 from app.fusion.interface import SessionStart
 from app.observations import Position
 
-_STRICT = ConfigDict(strict=True, allow_inf_nan=False, extra="ignore")
 Name = Annotated[str, Field(max_length=64)]
 Metres = Annotated[float, Field(ge=-1e6, le=1e6, description="m")]
 
@@ -18,7 +17,7 @@ Metres = Annotated[float, Field(ge=-1e6, le=1e6, description="m")]
 class DeviceBody(BaseModel):
     """What phone it is."""
 
-    model_config = _STRICT
+    model_config = FROM_PHONES
 
     brand: Annotated[str | None, Field(max_length=200)] = None
     model: Annotated[str | None, Field(max_length=200)] = None
@@ -27,7 +26,7 @@ class DeviceBody(BaseModel):
 class StartBody(BaseModel):
     """A prior of 5 m (68 %); does not bind."""
 
-    model_config = _STRICT
+    model_config = FROM_PHONES
 
     x: Metres
     y: Metres
@@ -37,7 +36,7 @@ class StartBody(BaseModel):
 class SessionBody(BaseModel):
     """All but `venue` optional; unknown fields are ignored."""
 
-    model_config = _STRICT
+    model_config = FROM_PHONES
 
     venue: Name
     method: Annotated[str, Field(max_length=64)] = "surefix"
@@ -84,21 +83,3 @@ def parse_session(sent: bytes) -> SessionBody:
         return _SESSION.validate_json(sent)
     except ValidationError as error:
         raise refusal(error) from error
-
-
-def inlined_schema(model: type[BaseModel]) -> dict[str, Any]:
-    """The JSON schema of a model without references, for bodies that FastAPI does not parse itself."""
-    schema = model.model_json_schema()
-    definitions = schema.pop("$defs", {})
-
-    def inlined(node: Any) -> Any:
-        if isinstance(node, list):
-            return [inlined(child) for child in node]
-        if not isinstance(node, dict):
-            return node
-        if "$ref" in node:
-            target = definitions[node["$ref"].rpartition("/")[2]]
-            return inlined({**target, **{key: value for key, value in node.items() if key != "$ref"}})
-        return {key: inlined(value) for key, value in node.items()}
-
-    return dict(inlined(schema))

@@ -12,7 +12,8 @@ from app.api.batch_body import LARGEST_SEQUENCE, BatchBody, parse_batch
 from app.api.batch_columns import LATEST_MS
 from app.api.decoding import Packing, packing_of, read_body
 from app.api.fix_body import FeatureCollectionBody, FixBody, TrackBody, geojson_document, track_document
-from app.api.session_body import OpenedBody, SessionBody, inlined_schema, parse_session
+from app.api.json_bodies import inlined_schema, request_body
+from app.api.session_body import OpenedBody, SessionBody, parse_session
 from app.errors import UnsupportedMedia
 from app.observations import Batch
 from app.services.tracking import Tracking
@@ -23,11 +24,6 @@ LONG_BODY_BYTES = 100_000
 LARGEST_PAGE = 10_000
 GEOJSON = "application/geo+json"
 Milliseconds = Annotated[int | None, Query(ge=0, le=int(LATEST_MS))]
-
-
-def _request_body(model: type[SessionBody] | type[BatchBody], *media_types: str) -> dict[str, Any]:
-    schema = inlined_schema(model)
-    return {"requestBody": {"required": True, "content": {kind: {"schema": schema} for kind in media_types}}}
 
 
 async def _read_batch(request: Request, limit_bytes: int, lane: asyncio.Lock) -> Batch:
@@ -55,7 +51,7 @@ def sessions_router(tracking: Callable[..., Any], position: Callable[..., Any], 
         status_code=201,
         response_model=OpenedBody,
         summary="Open a session",
-        openapi_extra=_request_body(SessionBody, "application/json"),
+        openapi_extra=request_body(SessionBody),
     )
     async def open_session(request: Request, service: Tracking = Depends(tracking)) -> OpenedBody:
         """`floor` is a hint and `start` a prior of 5 m; neither binds. The session's id is a secret of its phone."""
@@ -76,7 +72,7 @@ def sessions_router(tracking: Callable[..., Any], position: Callable[..., Any], 
         responses={200: {"model": FixBody}},
         response_class=Response,
         summary="Send what the phone has measured, get a Fix",
-        openapi_extra=_request_body(BatchBody, Packing.JSON, Packing.MSGPACK),
+        openapi_extra=request_body(BatchBody, Packing.JSON, Packing.MSGPACK),
     )
     async def send_batch(session: str, request: Request, service: Tracking = Depends(tracking)) -> Response:
         """Streams are columns of equal length, ordered by time. `Content-Encoding` may be gzip or zstd.

@@ -4,22 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any
 
-import orjson
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, Field
 
-from app.api.batch_body import refusal
-from app.errors import InvalidInput
+from app.api.json_bodies import FROM_ADMINISTRATORS
 from app.floorplan.georeference import Georeference
 from app.services.venues import FloorDraft, georeference_of
 from app.storage.venue_rows import FloorRow, VenueRow
 
-_ADMIN = ConfigDict(strict=True, allow_inf_nan=False, extra="forbid")
 NEAREST_POLE_DEG = 89.0
 """Floor frames are laid out flat about their origin, which has no east at a pole."""
 LARGEST_SIDE_M = 10_000.0
-Body = TypeVar("Body", bound=BaseModel)
 
 
 def _printable(text: str) -> str:
@@ -36,7 +32,7 @@ Side = Annotated[float, Field(gt=0, le=LARGEST_SIDE_M, description="m, of the fl
 class VenueBody(BaseModel):
     """A new venue; `name` is the identifier where it is left out."""
 
-    model_config = _ADMIN
+    model_config = FROM_ADMINISTRATORS
 
     venue: Identifier
     name: Name | None = None
@@ -45,7 +41,7 @@ class VenueBody(BaseModel):
 class GeoreferenceBody(BaseModel):
     """Where the origin of the floor's frame lies, and the clockwise angle from north to its y axis."""
 
-    model_config = _ADMIN
+    model_config = FROM_ADMINISTRATORS
 
     latitude: Annotated[float, Field(ge=-NEAREST_POLE_DEG, le=NEAREST_POLE_DEG, description="degrees, WGS 84")]
     longitude: Annotated[float, Field(ge=-180, le=180, description="degrees, WGS 84")]
@@ -55,7 +51,7 @@ class GeoreferenceBody(BaseModel):
 class FloorBody(BaseModel):
     """A floor; `name` is the identifier where it is left out."""
 
-    model_config = _ADMIN
+    model_config = FROM_ADMINISTRATORS
 
     name: Name | None = None
     level: Annotated[int, Field(ge=-200, le=1000, description="storeys above ground, negative below")]
@@ -158,18 +154,3 @@ class VenueListAnswer(BaseModel):
     """All venues."""
 
     venues: list[VenueAnswer]
-
-
-def parse_admin(model: type[Body], sent: bytes) -> Body:
-    """The body of an administrator's request.
-
-    Raises
-    ------
-    InvalidInput : not JSON, or not such a body; names the first offending field.
-    """
-    try:
-        return model.model_validate(orjson.loads(sent))
-    except orjson.JSONDecodeError as error:
-        raise InvalidInput(f"the body is not JSON: {error}") from error
-    except ValidationError as error:
-        raise refusal(error) from error

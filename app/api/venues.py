@@ -9,8 +9,8 @@ from typing import Any
 import orjson
 from fastapi import APIRouter, Depends, Request, Response
 
-from app.api.decoding import Packing, packing_of, read_body
-from app.api.session_body import inlined_schema
+from app.api.decoding import read_body
+from app.api.json_bodies import parse_admin, read_json, request_body
 from app.api.venue_body import (
     FloorAnswer,
     FloorBody,
@@ -20,7 +20,6 @@ from app.api.venue_body import (
     VenueBody,
     VenueListAnswer,
     VenueWithFloors,
-    parse_admin,
 )
 from app.errors import UnsupportedMedia
 from app.services.venues import Venues
@@ -32,10 +31,6 @@ GEOJSON = "application/geo+json"
 PNG = "image/png"
 _IMAGE_TYPES = frozenset({"", PNG, "application/octet-stream"})
 _STORED = {"X-Content-Type-Options": "nosniff", "Cache-Control": "private, no-cache"}
-
-
-def _body(schema: dict[str, Any], media_type: str) -> dict[str, Any]:
-    return {"requestBody": {"required": True, "content": {media_type: {"schema": schema}}}}
 
 
 def _binary(media_type: str, schema: dict[str, Any]) -> dict[int | str, dict[str, Any]]:
@@ -66,11 +61,11 @@ def _add_venues(
         response_model=VenueWithFloors,
         dependencies=[Depends(admin)],
         summary="Create a venue",
-        openapi_extra=_body(inlined_schema(VenueBody), Packing.JSON),
+        openapi_extra=request_body(VenueBody),
     )
     async def create(request: Request, response: Response, service: Venues = Depends(venues)) -> VenueWithFloors:
         """A building or site. It is empty until it has floors; an identifier that is taken is 409."""
-        body = parse_admin(VenueBody, await _json(request, VENUE_LIMIT_BYTES))
+        body = parse_admin(VenueBody, await read_json(request, VENUE_LIMIT_BYTES))
         row = await service.create(body.venue, body.name if body.name is not None else body.venue)
         response.headers["Location"] = f"/v1/venues/{row.venue}"
         return VenueWithFloors.of_rows(row, [])
@@ -95,7 +90,7 @@ def _add_floors(
         responses={201: {"model": StoredFloorAnswer, "description": "The floor is new"}},
         dependencies=[Depends(admin)],
         summary="Make or replace a floor",
-        openapi_extra=_body(inlined_schema(FloorBody), Packing.JSON),
+        openapi_extra=request_body(FloorBody),
     )
     async def put_floor(
         venue: str, floor: str, request: Request, response: Response, service: Venues = Depends(venues)
@@ -106,7 +101,7 @@ def _add_floors(
         `plan` is GeoJSON in WGS 84. Foreign members and the old `crs` are kept; rings are closed and wound as RFC 7946
         asks; `warnings` of the answer says what was done. What cannot be drawn is 422 with its path.
         """
-        sent = await _json(request, FLOOR_LIMIT_BYTES)
+        sent = await read_json(request, FLOOR_LIMIT_BYTES)
         body = await asyncio.to_thread(parse_admin, FloorBody, sent)
         stored = await service.put_floor(venue, floor, body.draft(floor))
         response.status_code = 201 if stored.created else 200
@@ -148,7 +143,7 @@ def _add_images(
         response_class=Response,
         dependencies=[Depends(admin)],
         summary="Set the raster plan",
-        openapi_extra=_body(png, PNG),
+        openapi_extra=request_body(png, PNG),
     )
     async def put_image(venue: str, floor: str, request: Request, service: Venues = Depends(venues)) -> Response:
         """A PNG that spans the floor's frame exactly, north up, its lower left corner the origin."""
@@ -168,9 +163,3 @@ def _add_images(
     async def image(venue: str, floor: str, service: Venues = Depends(venues)) -> Response:
         """As it was sent; 404 where there is none."""
         return Response(await service.image(venue, floor), media_type=PNG, headers=_STORED)
-
-
-async def _json(request: Request, limit_bytes: int) -> bytes:
-    if packing_of(request.headers.get("content-type")) is not Packing.JSON:
-        raise UnsupportedMedia("this is read as application/json")
-    return await read_body(request, limit_bytes)

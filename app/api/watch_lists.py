@@ -5,24 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Annotated, Any, Literal
 
-from fastapi import APIRouter, Depends, Path, Request, Response
-from pydantic import BaseModel, ConfigDict, Field
+from fastapi import APIRouter, Depends, Request, Response
+from pydantic import BaseModel, Field
 
-from app.api.decoding import Packing, packing_of, read_body
-from app.api.session_body import inlined_schema
-from app.api.venue_body import parse_admin
-from app.errors import UnsupportedMedia
+from app.api.json_bodies import FROM_ADMINISTRATORS, parse_admin, read_json, request_body
+from app.api.radio_maps import Version
 from app.services.watch_lists import LONGEST_REASON, WatchedAccessPoint, WatchLists
 from app.wifi.bssid import format_bssid
 
 BODY_LIMIT_BYTES = 10_000
-Version = Annotated[int, Path(ge=1, lt=1 << 31)]
 
 
 class WatchBody(BaseModel):
     """An access point to leave out, and why."""
 
-    model_config = ConfigDict(strict=True, extra="forbid")
+    model_config = FROM_ADMINISTRATORS
 
     bssid: Annotated[str, Field(max_length=40, description="a MAC address")]
     reason: Annotated[str, Field(min_length=1, max_length=LONGEST_REASON, pattern=r"^[^\x00-\x1f\x7f]+$")] = "by hand"
@@ -72,17 +69,13 @@ def watch_lists_router(watch_lists: Callable[..., Any], admin: Callable[..., Any
         response_model=WatchedAnswer,
         responses={200: {"model": WatchedAnswer, "description": "It was watched already"}},
         summary="Leave an access point out",
-        openapi_extra={
-            "requestBody": {"required": True, "content": {Packing.JSON: {"schema": inlined_schema(WatchBody)}}}
-        },
+        openapi_extra=request_body(WatchBody),
     )
     async def add(
         venue: str, version: Version, request: Request, response: Response, service: WatchLists = Depends(watch_lists)
     ) -> WatchedAnswer:
         """Sessions leave it out from their next scan on."""
-        if packing_of(request.headers.get("content-type")) is not Packing.JSON:
-            raise UnsupportedMedia("this is read as application/json")
-        body = parse_admin(WatchBody, await read_body(request, BODY_LIMIT_BYTES))
+        body = parse_admin(WatchBody, await read_json(request, BODY_LIMIT_BYTES))
         watched, new = await service.add(venue, version, body.bssid, body.reason)
         response.status_code = 201 if new else 200
         return _answer(watched)

@@ -6,12 +6,9 @@ from collections.abc import Callable
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Request, Response
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, Field
 
-from app.api.decoding import Packing, packing_of, read_body
-from app.api.session_body import inlined_schema
-from app.api.venue_body import parse_admin
-from app.errors import UnsupportedMedia
+from app.api.json_bodies import FROM_ADMINISTRATORS, parse_admin, read_json, request_body
 from app.services.webhooks import LONGEST_URL, Webhooks
 
 BODY_LIMIT_BYTES = 10_000
@@ -20,7 +17,7 @@ BODY_LIMIT_BYTES = 10_000
 class WebhookBody(BaseModel):
     """The address to send alerts to."""
 
-    model_config = ConfigDict(strict=True, extra="forbid")
+    model_config = FROM_ADMINISTRATORS
 
     url: Annotated[str, Field(max_length=LONGEST_URL, description="http or https, without user and fragment")]
 
@@ -60,14 +57,13 @@ def webhooks_router(webhooks: Callable[..., Any], admin: Callable[..., Any]) -> 
     webhooks : dependency that gives the Webhooks.  admin : dependency that lets only scope `admin` pass.
     """
     router = APIRouter(prefix="/v1/venues/{venue}/webhooks", tags=["integrity"], dependencies=[Depends(admin)])
-    content = {Packing.JSON: {"schema": inlined_schema(WebhookBody)}}
 
     @router.post(
         "",
         status_code=201,
         response_model=NewWebhookAnswer,
         summary="Send a venue's alerts to an address",
-        openapi_extra={"requestBody": {"required": True, "content": content}},
+        openapi_extra=request_body(WebhookBody),
     )
     async def add(venue: str, request: Request, service: Webhooks = Depends(webhooks)) -> NewWebhookAnswer:
         """When the flag of a session of the venue enters `fault` (`alert.raised`) and when it leaves (`alert.cleared`),
@@ -79,9 +75,7 @@ def webhooks_router(webhooks: Callable[..., Any], admin: Callable[..., Any]) -> 
         answered 2xx within 10 s is sent again, after 2 s, then twice the time each time up to 15 minutes, for 24 hours.
         The same alert may come twice, with the same `webhook-id`, and alerts may overtake one another.
         """
-        if packing_of(request.headers.get("content-type")) is not Packing.JSON:
-            raise UnsupportedMedia("this is read as application/json")
-        body = parse_admin(WebhookBody, await read_body(request, BODY_LIMIT_BYTES))
+        body = parse_admin(WebhookBody, await read_json(request, BODY_LIMIT_BYTES))
         made = await service.add(venue, body.url)
         return NewWebhookAnswer(webhook=made.webhook, url=made.url, secret=made.secret, created=made.created_ms)
 
