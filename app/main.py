@@ -38,14 +38,15 @@ from app.services.access import Access, Scope, is_loopback
 from app.services.geolocation import Geolocation
 from app.services.geosubmission import Geosubmission
 from app.services.map_use import MapUse
-from app.services.phones import StoredFixes
+from app.services.phones import Phones
 from app.services.quality import Quality
 from app.services.radio_maps import RadioMaps
+from app.services.server_clock import server_ms
 from app.services.site_cache import SiteCache
 from app.services.site_reading import SiteReader
 from app.services.surveys import Surveys
 from app.services.tasks import Tasks
-from app.services.tracking import Tracking, server_ms
+from app.services.tracking import Tracking
 from app.services.venues import Venues
 from app.services.watch_lists import WatchLists
 from app.services.webhook_delivery import WebhookDelivery
@@ -99,7 +100,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     workers, tasks = WorkerProcesses(), Tasks(TaskRows(engine), server_ms)
     radio_maps = RadioMaps(map_rows, survey_rows, workers, server_ms)
     surveys = Surveys(survey_rows, radio_maps, workers, server_ms)
-    venues = Venues(venue_rows)
+    venues = Venues(venue_rows, server_ms)
     quality = Quality(ReportRows(engine), survey_rows, venues, watch_lists, map_use, workers, tasks, server_ms)
     geolocation = Geolocation(venue_rows.revisions, sites, known_bssids, locate_scan)
     delivery = WebhookDelivery(OutboxRows(engine), tracking.announcements, server_ms)
@@ -132,7 +133,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         surveys_router(_given(surveys), _given(tasks), Gate(access, *surveying), settings.survey_limit_bytes),
         radio_maps_router(_given(radio_maps), anyone, Gate(access, *surveying)),
         geosubmit_router(_given(Geosubmission(survey_rows, surveys, server_ms)), QueryGate(access, *surveying)),
-        phones_router(_given(StoredFixes(PhoneRows(engine, settings.session_hours))), admin),
+        phones_router(_given(Phones(PhoneRows(engine, settings.session_hours), server_ms)), admin),
         quality_router(_given(quality), Gate(access, *surveying)),
         watch_lists_router(_given(watch_lists), admin),
         webhooks_router(_given(Webhooks(WebhookRows(engine), server_ms)), admin),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import json
-import time
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
@@ -16,6 +15,7 @@ from app.commands.import_sources import ImportFloor
 from app.errors import Conflict, InvalidInput, NotFound, SurefixError
 from app.floorplan.georeference import Georeference
 from app.services.radio_maps import RadioMaps
+from app.services.server_clock import server_ms
 from app.services.surveys import Surveys
 from app.services.venues import FloorDraft, Venues, georeference_of
 from app.services.worker_processes import WorkerProcesses
@@ -69,9 +69,9 @@ class DatabaseDestination:
         self._engine = connect(url)
         self._workers = WorkerProcesses(1)
         rows = SurveyRows(self._engine)
-        self._venues = Venues(VenueRows(self._engine))
-        maps = RadioMaps(RadioMapRows(self._engine), rows, self._workers, _now_ms)
-        self._surveys = Surveys(rows, maps, self._workers, _now_ms)
+        self._venues = Venues(VenueRows(self._engine), server_ms)
+        maps = RadioMaps(RadioMapRows(self._engine), rows, self._workers, server_ms)
+        self._surveys = Surveys(rows, maps, self._workers, server_ms)
         self._runner.run(require_migrated(self._engine))
 
     def floors(self, venue: str) -> Existing | None:
@@ -185,7 +185,3 @@ def _json(path: Path) -> Any:
         return json.loads(path.read_text())
     except ValueError as error:
         raise InvalidInput(f"{path} is not JSON: {error}", path.name) from error
-
-
-def _now_ms() -> int:
-    return time.time_ns() // 1_000_000

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import time
 from collections.abc import Awaitable, Callable
 from datetime import UTC, datetime
 from typing import Annotated, TypeVar
@@ -14,6 +13,7 @@ from rich.table import Table
 
 from app.errors import InvalidInput, NotFound
 from app.services.access import REMEMBER_S, Scope, key_digest, new_key
+from app.services.server_clock import server_ms
 from app.settings import Settings
 from app.storage.database import connect
 from app.storage.key_rows import KeyRow, KeyRows
@@ -36,7 +36,7 @@ def create(
     if not name.strip() or not name.isprintable() or len(name) > LONGEST_NAME:
         raise InvalidInput(f"a name is printable text of at most {LONGEST_NAME} characters", "name")
     key = new_key()
-    _run(database, lambda rows: rows.add(name, key_digest(key), {one.value for one in scope}, _now_ms()))
+    _run(database, lambda rows: rows.add(name, key_digest(key), {one.value for one in scope}, server_ms()))
     typer.echo(key)
 
 
@@ -56,7 +56,7 @@ def revoke(
     database: Database = "",
 ) -> None:
     """End a key for good."""
-    if not _run(database, lambda rows: rows.revoke(key_id, _now_ms())):
+    if not _run(database, lambda rows: rows.revoke(key_id, server_ms())):
         raise NotFound(f"there is no valid key {key_id}; `surefix key list` shows all")
     typer.echo(f"revoked; running services refuse it within {REMEMBER_S:g} s")
 
@@ -75,10 +75,6 @@ def _run(database: str, use: Callable[[KeyRows], Awaitable[Done]]) -> Done:
 
 async def _listed(rows: KeyRows) -> list[KeyRow]:
     return await rows.listed()
-
-
-def _now_ms() -> int:
-    return time.time_ns() // 1_000_000
 
 
 def _date(at_ms: int) -> str:

@@ -7,53 +7,43 @@ from which the id cannot be had.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Protocol
+from collections.abc import Callable
+from typing import Any
 
 import orjson
 
 from app.errors import NotFound
-from app.storage.phone_rows import PhoneRows
+from app.storage.phone_rows import PhoneRow, PhoneRows
 
-LIVE_S = 60.0
+LIVE_MS = 60_000
 """A phone that has been silent for longer is not listed."""
 
 
-@dataclass(frozen=True, slots=True)
-class NewestFix:
-    """A session's newest fix. received_s : server's clock, Unix.  fix : the body of the Fix as it was answered."""
+class Phones:
+    """Lists phones.
 
-    session: str
-    received_s: float
-    fix: Mapping[str, Any]
+    Parameters
+    ----------
+    now_ms : the server's clock.
+    """
 
+    def __init__(self, rows: PhoneRows, now_ms: Callable[[], int]) -> None:
+        self._rows = rows
+        self._now_ms = now_ms
 
-class FixReader(Protocol):
-    """What storage offers for it."""
-
-    async def newest_fixes(self, venue: str, since_s: float) -> Sequence[NewestFix]:
-        """The newest fix of every session of a venue that is not over, received since then (server's clock).
+    async def live(self, venue: str) -> list[dict[str, Any]]:
+        """The phones heard of within LIVE_MS, as `{"phone", "age", "fix"}` (age in seconds), in order of their numbers.
 
         Raises
         ------
         NotFound : there is no such venue.
+        DependencyDown : the database cannot be reached.
         """
-        ...
-
-
-class StoredFixes:
-    """The FixReader over the database."""
-
-    def __init__(self, rows: PhoneRows) -> None:
-        self._rows = rows
-
-    async def newest_fixes(self, venue: str, since_s: float) -> Sequence[NewestFix]:
-        """As FixReader says. Raises DependencyDown too, where the database cannot be reached."""
-        rows = await self._rows.newest(venue, round(1000.0 * since_s))
+        now_ms = self._now_ms()
+        rows = await self._rows.newest(venue, now_ms - LIVE_MS)
         if rows is None:
             raise NotFound(f"there is no venue {venue[:64]!r}")
-        return [NewestFix(row.session, row.received_ms / 1000.0, orjson.loads(row.body)) for row in rows]
+        return sorted((_phone(row, now_ms) for row in rows), key=lambda phone: str(phone["phone"]))
 
 
 def public_number(session: str) -> str:
@@ -61,20 +51,7 @@ def public_number(session: str) -> str:
     return hashlib.sha256(f"phone {session}".encode()).hexdigest()[:6]
 
 
-async def live_phones(reader: FixReader, venue: str, now_s: float) -> list[dict[str, Any]]:
-    """The phones heard of within LIVE_S, as `{"phone", "age", "fix"}` (age in seconds), in order of their numbers.
-
-    Raises
-    ------
-    NotFound : there is no such venue.
-    """
-    newest = await reader.newest_fixes(venue, now_s - LIVE_S)
-    phones = [
-        {
-            "phone": public_number(one.session),
-            "age": max(now_s - one.received_s, 0.0),
-            "fix": {name: value for name, value in one.fix.items() if name != "session"},
-        }
-        for one in newest
-    ]
-    return sorted(phones, key=lambda phone: str(phone["phone"]))
+def _phone(row: PhoneRow, now_ms: int) -> dict[str, Any]:
+    fix = orjson.loads(row.body)
+    del fix["session"]
+    return {"phone": public_number(row.session), "age": max(now_ms - row.received_ms, 0) / 1000.0, "fix": fix}

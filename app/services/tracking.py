@@ -10,7 +10,6 @@ import asyncio
 import dataclasses
 import re
 import secrets
-import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -42,11 +41,6 @@ _SESSION = re.compile(r"[0-9a-f]{32}")
 _VENUE = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 
 
-def server_ms() -> int:
-    """The server's clock, which serves expiry and nothing else."""
-    return time.time_ns() // 1_000_000
-
-
 @dataclass(frozen=True, slots=True)
 class Answer:
     """A Fix as sent. replayed : it was stored before."""
@@ -71,6 +65,10 @@ class Tracking:
 
     Every method raises NotFound for an unknown session, Expired for one that is over, and DependencyDown, having
     changed nothing, where a store cannot be reached.
+
+    Parameters
+    ----------
+    now_ms : the server's clock.
     """
 
     def __init__(
@@ -80,7 +78,7 @@ class Tracking:
         sites: SiteCache,
         methods: Mapping[str, Method],
         session_hours: float,
-        now_ms: Callable[[], int] = server_ms,
+        now_ms: Callable[[], int],
         listeners: Sequence[FixListener] = (),
     ) -> None:
         self._rows = rows

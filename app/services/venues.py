@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import re
-import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -48,10 +48,15 @@ class Venues:
 
     Every method raises NotFound for an unknown venue or floor, and DependencyDown, having changed nothing, where the
     database cannot be reached.
+
+    Parameters
+    ----------
+    now_ms : the server's clock.
     """
 
-    def __init__(self, rows: VenueRows) -> None:
+    def __init__(self, rows: VenueRows, now_ms: Callable[[], int]) -> None:
         self._rows = rows
+        self._now_ms = now_ms
 
     async def create(self, venue: str, name: str) -> VenueRow:
         """A new venue without floors.
@@ -62,7 +67,7 @@ class Venues:
         Conflict : there is a venue of that identifier.
         """
         _refuse_identifier(venue, "venue")
-        if not await self._rows.add(venue, name, time.time_ns() // 1_000_000):
+        if not await self._rows.add(venue, name, self._now_ms()):
             raise Conflict(f"there is a venue {venue!r} already")
         return (await self.read(venue))[0]
 

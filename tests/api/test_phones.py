@@ -1,59 +1,67 @@
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from typing import Any
 
-import pytest
+import orjson
 from fastapi import FastAPI, HTTPException
 from fastapi.testclient import TestClient
 from hypothesis import given
 from hypothesis import strategies as st
 
 from app.api.phones import phones_router
-from app.services.phones import LIVE_S, NewestFix, public_number
+from app.api.problems import install_problems
+from app.services.phones import LIVE_MS, Phones, public_number
+from app.storage.phone_rows import PhoneRow
 
 SESSION = "6d1f3f0e9a7b4c52"
+NOW_MS = 1_700_000_000_000
 
 
 class Listed:
-    """Fixes in a list: the reader without a database."""
+    """Fixes in a list: one venue, `mall`, without a database."""
 
-    def __init__(self, fixes: Sequence[NewestFix]) -> None:
-        self.fixes = fixes
+    def __init__(self, rows: Sequence[PhoneRow]) -> None:
+        self.rows = rows
 
-    async def newest_fixes(self, venue: str, since_s: float) -> Sequence[NewestFix]:
-        return [one for one in self.fixes if one.received_s >= since_s]
+    async def newest(self, venue: str, since_ms: int) -> list[PhoneRow] | None:
+        return [row for row in self.rows if row.received_ms >= since_ms] if venue == "mall" else None
 
 
-def _client(fixes: Sequence[NewestFix], allowed: bool = True) -> TestClient:
+def _client(rows: Sequence[PhoneRow], allowed: bool = True) -> TestClient:
     def admin() -> None:
         if not allowed:
             raise HTTPException(403)
 
+    phones = Phones(Listed(rows), lambda: NOW_MS)  # type: ignore[arg-type]
     app = FastAPI()
-    app.include_router(phones_router(lambda: Listed(fixes), admin))
+    install_problems(app)
+    app.include_router(phones_router(lambda: phones, admin))
     return TestClient(app)
 
 
-def _fix(session: str, age_s: float, **fix: Any) -> NewestFix:
-    return NewestFix(session, time.time() - age_s, {"session": session, "t": 1, "position": None, **fix})
+def _row(session: str, age_ms: int, **fix: Any) -> PhoneRow:
+    return PhoneRow(session, NOW_MS - age_ms, orjson.dumps({"session": session, "t": 1, "position": None, **fix}))
 
 
 def test_phones_are_listed_with_their_newest_fix_and_without_their_session() -> None:
-    answer = _client([_fix(SESSION, 3.0, accuracy=2.5)]).get("/v1/venues/mall/phones")
+    answer = _client([_row(SESSION, 3250, accuracy=2.5)]).get("/v1/venues/mall/phones")
     (phone,) = answer.json()["phones"]
     assert SESSION not in answer.text
     assert phone["phone"] == public_number(SESSION)
-    assert phone["age"] == pytest.approx(3.0, abs=1.0)
+    assert phone["age"] == 3.25
     assert phone["fix"] == {"t": 1, "position": None, "accuracy": 2.5}
 
 
 def test_phones_that_have_been_silent_are_not_listed() -> None:
-    client = _client([_fix("gone", LIVE_S + 5.0), _fix("here", LIVE_S - 5.0)])
+    client = _client([_row("gone", LIVE_MS + 1), _row("here", LIVE_MS)])
     assert [phone["phone"] for phone in client.get("/v1/venues/mall/phones").json()["phones"]] == [
         public_number("here")
     ]
+
+
+def test_a_venue_that_is_not_there_is_not_found() -> None:
+    assert _client([]).get("/v1/venues/nowhere/phones").status_code == 404
 
 
 def test_only_an_administrator_may_list() -> None:
