@@ -98,9 +98,9 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     listeners = watch_lists.heard, map_use.heard
     tracking = Tracking(SessionRows(engine), hot, sites, METHODS, settings.session_hours, server_ms, listeners)
     workers, tasks = WorkerProcesses(), Tasks(TaskRows(engine), server_ms)
-    radio_maps = RadioMaps(map_rows, survey_rows, workers, server_ms)
-    surveys = Surveys(survey_rows, radio_maps, workers, server_ms)
     venues = Venues(venue_rows, server_ms)
+    radio_maps = RadioMaps(map_rows, survey_rows, venues, workers, server_ms)
+    surveys = Surveys(survey_rows, venues, radio_maps, workers, server_ms)
     quality = Quality(ReportRows(engine), survey_rows, venues, watch_lists, map_use, workers, tasks, server_ms)
     geolocation = Geolocation(venue_rows.revisions, sites, known_bssids, locate_scan)
     delivery = WebhookDelivery(OutboxRows(engine), tracking.announcements, server_ms)
@@ -132,11 +132,11 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         venues_router(_given(venues), anyone, admin),
         surveys_router(_given(surveys), _given(tasks), Gate(access, *surveying), settings.survey_limit_bytes),
         radio_maps_router(_given(radio_maps), anyone, Gate(access, *surveying)),
-        geosubmit_router(_given(Geosubmission(survey_rows, surveys, server_ms)), QueryGate(access, *surveying)),
+        geosubmit_router(_given(Geosubmission(venue_rows, surveys, server_ms)), QueryGate(access, *surveying)),
         phones_router(_given(Phones(PhoneRows(engine, settings.session_hours), server_ms)), admin),
         quality_router(_given(quality), Gate(access, *surveying)),
         watch_lists_router(_given(watch_lists), admin),
-        webhooks_router(_given(Webhooks(WebhookRows(engine), server_ms)), admin),
+        webhooks_router(_given(Webhooks(WebhookRows(engine), venues, server_ms)), admin),
         operation_router(metrics, _readiness(engine, hot), _nobody_asked if loopback else admin),
         console.router,
         docs.router,

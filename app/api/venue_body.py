@@ -10,7 +10,8 @@ from pydantic import AfterValidator, BaseModel, Field
 
 from app.api.json_bodies import FROM_ADMINISTRATORS
 from app.floorplan.georeference import Georeference
-from app.services.venues import FloorDraft, georeference_of
+from app.services.identifiers import IDENTIFIER
+from app.services.venues import FloorDraft
 from app.storage.venue_rows import FloorRow, VenueRow
 
 NEAREST_POLE_DEG = 89.0
@@ -24,7 +25,7 @@ def _printable(text: str) -> str:
     return text
 
 
-Identifier = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$", description="unique")]
+Identifier = Annotated[str, Field(pattern=f"^{IDENTIFIER.pattern}$", description="unique")]
 Name = Annotated[str, Field(max_length=200), AfterValidator(_printable)]
 Side = Annotated[float, Field(gt=0, le=LARGEST_SIDE_M, description="m, of the floor's frame")]
 
@@ -96,7 +97,7 @@ class FloorAnswer(BaseModel):
     @classmethod
     def of(cls, row: FloorRow) -> FloorAnswer:
         """A stored floor."""
-        place = georeference_of(row)
+        place = row.georeference
         return FloorAnswer(
             floor=row.floor,
             name=row.name,

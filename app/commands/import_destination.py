@@ -17,7 +17,7 @@ from app.floorplan.georeference import Georeference
 from app.services.radio_maps import RadioMaps
 from app.services.server_clock import server_ms
 from app.services.surveys import Surveys
-from app.services.venues import FloorDraft, Venues, georeference_of
+from app.services.venues import FloorDraft, Venues, floor_extent
 from app.services.worker_processes import WorkerProcesses
 from app.storage.database import connect
 from app.storage.migration import require_migrated
@@ -70,8 +70,8 @@ class DatabaseDestination:
         self._workers = WorkerProcesses(1)
         rows = SurveyRows(self._engine)
         self._venues = Venues(VenueRows(self._engine), server_ms)
-        maps = RadioMaps(RadioMapRows(self._engine), rows, self._workers, server_ms)
-        self._surveys = Surveys(rows, maps, self._workers, server_ms)
+        maps = RadioMaps(RadioMapRows(self._engine), rows, self._venues, self._workers, server_ms)
+        self._surveys = Surveys(rows, self._venues, maps, self._workers, server_ms)
         self._runner.run(require_migrated(self._engine))
 
     def floors(self, venue: str) -> Existing | None:
@@ -79,7 +79,7 @@ class DatabaseDestination:
             _, rows = self._runner.run(self._venues.read(venue))
         except NotFound:
             return None
-        return {row.floor: (FloorExtent(row.floor, row.width_m, row.height_m), georeference_of(row)) for row in rows}
+        return {row.floor: (floor_extent(row), row.georeference) for row in rows}
 
     def make_venue(self, venue: str) -> None:
         self._runner.run(self._venues.create(venue, venue))

@@ -9,10 +9,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from app.floorplan.georeference import Georeference
 from app.services.surveys import Surveys
-from app.storage.survey_rows import FloorRow, SurveyRows
-from app.survey.admission import FloorExtent
+from app.services.venues import floor_extent
+from app.storage.venue_rows import FloorRow, VenueRows
 from app.survey.geosubmit import PlacedFloor, placed_reports
 from app.survey.spool import row_of, write_row
 from app.survey.upload import SurveyFindings, SurveyFormat
@@ -27,8 +26,8 @@ class Geosubmission:
     now_ms : the server's clock.
     """
 
-    def __init__(self, rows: SurveyRows, surveys: Surveys, now_ms: Callable[[], int]) -> None:
-        self._rows = rows
+    def __init__(self, venues: VenueRows, surveys: Surveys, now_ms: Callable[[], int]) -> None:
+        self._venues = venues
         self._surveys = surveys
         self._now_ms = now_ms
 
@@ -39,7 +38,7 @@ class Geosubmission:
         ------
         DependencyDown : the database cannot be reached.
         """
-        floors = [floor for row in await self._rows.floors() if (floor := _placed(row)) is not None]
+        floors = [floor for row in await self._venues.floors() if (floor := _placed(row)) is not None]
         by_venue = await asyncio.to_thread(_by_venue, reports, floors, self._now_ms())
         for venue, fingerprints in by_venue.items():
             await self._land(venue, fingerprints)
@@ -64,7 +63,6 @@ def _by_venue(reports: Sequence[Any], floors: Sequence[PlacedFloor], now_ms: int
 
 
 def _placed(row: FloorRow) -> PlacedFloor | None:
-    if row.latitude_deg is None or row.longitude_deg is None:
+    if row.georeference is None:
         return None
-    georeference = Georeference(row.latitude_deg, row.longitude_deg, row.rotation_rad or 0.0)
-    return PlacedFloor(row.venue, row.level, FloorExtent(row.floor, row.width_m, row.height_m), georeference)
+    return PlacedFloor(row.venue, row.level, floor_extent(row), row.georeference)

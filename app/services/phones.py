@@ -12,7 +12,7 @@ from typing import Any
 
 import orjson
 
-from app.errors import NotFound
+from app.services.identifiers import no_venue
 from app.storage.phone_rows import PhoneRow, PhoneRows
 
 LIVE_MS = 60_000
@@ -42,7 +42,7 @@ class Phones:
         now_ms = self._now_ms()
         rows = await self._rows.newest(venue, now_ms - LIVE_MS)
         if rows is None:
-            raise NotFound(f"there is no venue {venue[:64]!r}")
+            raise no_venue(venue)
         return sorted((_phone(row, now_ms) for row in rows), key=lambda phone: str(phone["phone"]))
 
 

@@ -12,13 +12,14 @@ from typing import Any
 import numpy as np
 import orjson
 
-from app.errors import NotFound, SurefixError
+from app.errors import SurefixError
+from app.services.identifiers import no_version
 from app.services.map_drift import described_drift
 from app.services.map_use import MapUse
 from app.services.quality_report import ReportFloor, made_report
 from app.services.resurvey_overlay import overlaid
 from app.services.tasks import Tasks, TaskStatus
-from app.services.venues import Venues, georeference_of
+from app.services.venues import Venues
 from app.services.watch_lists import WatchLists, WatchState
 from app.services.worker_processes import WorkerProcesses
 from app.storage.report_rows import ReportRow, ReportRows, VersionKey
@@ -93,7 +94,7 @@ class Quality:
     async def _begin(self, venue: str, version: int) -> str:
         key = await self._rows.version(venue, version)
         if key is None:
-            raise NotFound(f"venue {venue[:64]!r} has no radio map version {version}")
+            raise no_version(venue, version)
         async with self._turn:
             task = self._making.get(key.map_id)
             if task is None:
@@ -116,7 +117,7 @@ class Quality:
         for row in (await self._venues.read(venue))[1]:
             plan = await self._venues.plan(venue, row.floor) if row.has_plan else None
             image = await self._venues.image(venue, row.floor) if row.has_image else None
-            floors.append(ReportFloor(row.floor, row.width_m, row.height_m, georeference_of(row), plan, image))
+            floors.append(ReportFloor(row.floor, row.width_m, row.height_m, row.georeference, plan, image))
         with tempfile.TemporaryDirectory(prefix="surefix-quality-") as folder:
             spool = Path(folder) / "fingerprints"
             with spool.open("wb") as stream:

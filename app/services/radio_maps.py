@@ -8,7 +8,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from app.errors import Conflict, InvalidInput, NotFound
+from app.errors import Conflict, InvalidInput
+from app.services.identifiers import no_version
+from app.services.venues import Venues
 from app.services.worker_processes import WorkerProcesses
 from app.storage.radio_map_rows import BuiltMap, OutdatedError, RadioMapRows, VersionRow
 from app.storage.survey_rows import SurveyRows
@@ -32,9 +34,15 @@ class RadioMaps:
     """
 
     def __init__(
-        self, rows: RadioMapRows, surveys: SurveyRows, workers: WorkerProcesses, now_ms: Callable[[], int]
+        self,
+        rows: RadioMapRows,
+        surveys: SurveyRows,
+        venues: Venues,
+        workers: WorkerProcesses,
+        now_ms: Callable[[], int],
     ) -> None:
         self._rows = rows
+        self._venues = venues
         self._surveys = surveys
         self._workers = workers
         self._now_ms = now_ms
@@ -46,7 +54,7 @@ class RadioMaps:
 
     async def listed(self, venue: str) -> list[VersionRow]:
         """Every version, oldest first."""
-        return await self._rows.listed(await self._venue(venue))
+        return await self._rows.listed(await self._venues.key(venue))
 
     async def build(self, venue: str, surveys: Sequence[int]) -> VersionRow:
         """Make a version of some of the venue's surveys, without activating it.
@@ -56,7 +64,7 @@ class RadioMaps:
         InvalidInput : no survey named, or one that the venue does not have.
         Conflict : others kept publishing meanwhile.
         """
-        venue_id = await self._venue(venue)
+        venue_id = await self._venues.key(venue)
         chosen = tuple(sorted(set(surveys)))
         if not chosen:
             raise InvalidInput("name at least one survey", "surveys")
@@ -82,8 +90,8 @@ class RadioMaps:
         ------
         NotFound : there is no such version, too.
         """
-        if not await self._rows.activate(await self._venue(venue), version):
-            raise NotFound(f"venue {venue!r} has no radio map version {version}")
+        if not await self._rows.activate(await self._venues.key(venue), version):
+            raise no_version(venue, version)
 
     async def built(
         self, venue_id: int, surveys: Sequence[int], complete: bool, active: bool, addition: Path | None = None
@@ -106,12 +114,6 @@ class RadioMaps:
             spools += [] if addition is None else [addition]
             body, summary, heard = await self._workers.run(encoded_map, spools, version)
         return BuiltMap(version, tuple(surveys), complete, summary, body, active, heard)
-
-    async def _venue(self, venue: str) -> int:
-        venue_id = await self._surveys.venue(venue)
-        if venue_id is None:
-            raise NotFound(f"there is no venue {venue[:64]!r}")
-        return venue_id
 
 
 def encoded_map(spools: Sequence[Path], version: int) -> tuple[bytes, dict[str, Any], dict[int, int]]:

@@ -8,13 +8,12 @@ from weakref import WeakValueDictionary
 
 import orjson
 
-from app.errors import NotFound
 from app.floorplan.free_space import FreeSpace
 from app.fusion.interface import Floor, Site, spaces_of
+from app.services.identifiers import no_venue
 from app.services.site_cache import SiteRevision
-from app.services.venues import floor_of
 from app.storage.radio_map_rows import ActiveMap, RadioMapRows
-from app.storage.venue_rows import VenueRows
+from app.storage.venue_rows import FloorRow, VenueRows
 from app.storage.watch_list_rows import WatchListRows
 from app.wifi.radio_map import RadioMap
 from app.wifi.radio_map_codec import decode_radio_map
@@ -40,13 +39,13 @@ class SiteReader:
         """
         active, found = await self._maps.active(venue), await self._venues.read(venue)
         if active is None or found is None:
-            raise NotFound(f"there is no venue {venue[:64]!r}")
+            raise no_venue(venue)
         radio_map = await self._radio_map(venue, active)
         watched = frozenset[int]()
         if active.version is not None:
             watched = await self._watch_lists.watched(venue, active.version)
         # the revision is the oldest reading's: if floors or list have changed in between, they are read again
-        floors = {row.floor: floor_of(row) for row in found[1]}
+        floors = {row.floor: _floor_of(row) for row in found[1]}
         plans = {row.floor: await self._venues.read_plan(venue, row.floor) for row in found[1] if row.has_plan}
         spaces = await asyncio.to_thread(self._spaces_of, floors, plans, radio_map)
         return SiteRevision(active.revision, Site(floors, radio_map, watched, spaces))
@@ -66,3 +65,8 @@ class SiteReader:
             radio_map = await asyncio.to_thread(decode_radio_map, active.body)
             self._decoded[venue, active.version] = radio_map
         return radio_map
+
+
+def _floor_of(row: FloorRow) -> Floor:
+    """A stored floor as the methods know it."""
+    return Floor(row.floor, row.level, row.width_m, row.height_m, row.georeference)

@@ -7,8 +7,9 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from app.errors import Conflict, NotFound
+from app.errors import Conflict
 from app.services.radio_maps import ATTEMPTS, RadioMaps
+from app.services.venues import Venues, floor_extent
 from app.services.worker_processes import WorkerProcesses
 from app.storage.radio_map_rows import OutdatedError
 from app.storage.survey_rows import NewSurvey, SurveyRows
@@ -44,21 +45,23 @@ class Surveys:
     """
 
     def __init__(
-        self, rows: SurveyRows, radio_maps: RadioMaps, workers: WorkerProcesses, now_ms: Callable[[], int]
+        self,
+        rows: SurveyRows,
+        venues: Venues,
+        radio_maps: RadioMaps,
+        workers: WorkerProcesses,
+        now_ms: Callable[[], int],
     ) -> None:
         self._rows = rows
+        self._venues = venues
         self._radio_maps = radio_maps
         self._workers = workers
         self._now_ms = now_ms
 
     async def floors(self, venue: str) -> tuple[int, dict[str, int], dict[str, FloorExtent]]:
         """The venue's key, the key of each floor, and the extent of each floor."""
-        venue_id = await self._rows.venue(venue)
-        if venue_id is None:
-            raise NotFound(f"there is no venue {venue[:64]!r}")
-        rows = await self._rows.floors(venue_id)
-        keys = {row.floor: row.floor_id for row in rows}
-        return venue_id, keys, {row.floor: FloorExtent(row.floor, row.width_m, row.height_m) for row in rows}
+        found, rows = await self._venues.read(venue)
+        return found.id, {row.floor: row.id for row in rows}, {row.floor: floor_extent(row) for row in rows}
 
     async def add(self, venue: str, upload: Upload, publish: bool) -> Receipt:
         """Read an upload and store it, all of it or nothing.

@@ -24,6 +24,7 @@ from app.services.alerts import alert_of
 from app.services.announcements import ALERTS, Announcements
 from app.services.fix_document import fix_document, initial_document
 from app.services.fix_listener import FixListener
+from app.services.identifiers import is_identifier, no_venue
 from app.services.session_clock import refuse_out_of_window
 from app.services.site_cache import SiteCache, refuse_unknown_floor
 from app.services.smoothed_tracks import SmoothedTracks
@@ -38,7 +39,6 @@ LONG_BATCH = 5_000
 FORGET_AFTER_MS = 30 * 86_400_000
 """An expired session is remembered so long, to be told from an unknown one."""
 _SESSION = re.compile(r"[0-9a-f]{32}")
-_VENUE = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,9 +104,9 @@ class Tracking:
         """
         if method not in self._methods:
             raise InvalidInput(f"method is one of {', '.join(sorted(self._methods))}", "method")
-        found = await self._rows.venue(venue) if _VENUE.fullmatch(venue) else None
+        found = await self._rows.venue(venue) if is_identifier(venue) else None
         if found is None:
-            raise NotFound(f"there is no venue {venue[:64]!r}")
+            raise no_venue(venue)
         venue_id, revision = found
         site = await self._sites.site(venue, revision)
         refuse_unknown_floor(site, start.floor, "floor")

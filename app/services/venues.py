@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -14,10 +13,10 @@ from app.errors import Conflict, InvalidInput, NotFound
 from app.floorplan.georeference import Georeference
 from app.floorplan.plan import accept_plan
 from app.floorplan.plan_image import png_size
-from app.fusion.interface import Floor
+from app.services.identifiers import is_identifier, no_venue, refuse_identifier
 from app.storage.venue_rows import FloorRow, VenueRow, VenueRows
+from app.survey.admission import FloorExtent
 
-IDENTIFIER = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 FAR_DEG = 0.5
 """A plan whose positions all lie farther from its georeference is of another place, or has its axes swapped."""
 
@@ -66,10 +65,17 @@ class Venues:
         InvalidInput : the identifier is not one.
         Conflict : there is a venue of that identifier.
         """
-        _refuse_identifier(venue, "venue")
+        refuse_identifier(venue, "venue")
         if not await self._rows.add(venue, name, self._now_ms()):
             raise Conflict(f"there is a venue {venue!r} already")
         return (await self.read(venue))[0]
+
+    async def key(self, venue: str) -> int:
+        """What the other tables know a venue by."""
+        key = await self._rows.key(venue) if is_identifier(venue) else None
+        if key is None:
+            raise no_venue(venue)
+        return key
 
     async def listed(self) -> list[VenueRow]:
         """Every venue, oldest first."""
@@ -77,9 +83,9 @@ class Venues:
 
     async def read(self, venue: str) -> tuple[VenueRow, list[FloorRow]]:
         """A venue and its floors from the lowest up."""
-        found = await self._rows.read(venue) if IDENTIFIER.fullmatch(venue) else None
+        found = await self._rows.read(venue) if is_identifier(venue) else None
         if found is None:
-            raise NotFound(f"there is no venue {venue[:64]!r}")
+            raise no_venue(venue)
         return found
 
     async def floor(self, venue: str, floor: str) -> tuple[FloorRow, bytes | None]:
@@ -97,7 +103,7 @@ class Venues:
         ------
         InvalidInput : the identifier is not one, or the plan cannot be drawn; names the field.
         """
-        _refuse_identifier(floor, "floor")
+        refuse_identifier(floor, "floor")
         plan, warnings = await asyncio.to_thread(_prepared_plan, draft)
         place = draft.georeference
         values = {
@@ -110,9 +116,9 @@ class Venues:
             "rotation_rad": None if place is None else place.rotation_rad,
             "plan": plan,
         }
-        created = await self._rows.put_floor(venue, floor, values) if IDENTIFIER.fullmatch(venue) else None
+        created = await self._rows.put_floor(venue, floor, values) if is_identifier(venue) else None
         if created is None:
-            raise NotFound(f"there is no venue {venue[:64]!r}")
+            raise no_venue(venue)
         row, _ = await self.floor(venue, floor)
         return StoredFloor(row, created, warnings)
 
@@ -125,7 +131,7 @@ class Venues:
         TooLarge : more pixels than can be shown.
         """
         await asyncio.to_thread(png_size, body)
-        if not IDENTIFIER.fullmatch(venue) or not await self._rows.put_image(venue, floor, body):
+        if not is_identifier(venue) or not await self._rows.put_image(venue, floor, body):
             raise NotFound(f"there is no floor {floor[:64]!r} of a venue {venue[:64]!r}")
 
     async def image(self, venue: str, floor: str) -> bytes:
@@ -144,23 +150,9 @@ class Venues:
         return plan
 
 
-def floor_of(row: FloorRow) -> Floor:
-    """A stored floor as the methods know it."""
-    return Floor(row.floor, row.level, row.width_m, row.height_m, georeference_of(row))
-
-
-def georeference_of(row: FloorRow) -> Georeference | None:
-    """A stored floor's georeference."""
-    if row.latitude_deg is None or row.longitude_deg is None or row.rotation_rad is None:
-        return None
-    return Georeference(row.latitude_deg, row.longitude_deg, row.rotation_rad)
-
-
-def _refuse_identifier(identifier: str, field: str) -> None:
-    if not IDENTIFIER.fullmatch(identifier):
-        raise InvalidInput(
-            "an identifier is 1 to 64 letters, digits, dots, dashes and underscores, the first a letter or digit", field
-        )
+def floor_extent(row: FloorRow) -> FloorExtent:
+    """A stored floor as surveys are held against it."""
+    return FloorExtent(row.floor, row.width_m, row.height_m)
 
 
 def _prepared_plan(draft: FloorDraft) -> tuple[bytes | None, tuple[str, ...]]:

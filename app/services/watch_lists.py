@@ -16,6 +16,7 @@ from enum import StrEnum
 from app.errors import DependencyDown, InvalidInput, NotFound
 from app.fusion.interface import Site
 from app.observations import Excluded, Fix
+from app.services.identifiers import no_version
 from app.storage.watch_list_rows import WatchedRow, WatchListRows
 from app.wifi.bssid import parse_bssid
 
@@ -70,7 +71,7 @@ class WatchLists:
         """
         rows = await self._rows.listed(venue, version)
         if rows is None:
-            raise _no_version(venue, version)
+            raise no_version(venue, version)
         return [WatchedAccessPoint(row, self._state(row)) for row in rows]
 
     async def add(self, venue: str, version: int, bssid: str, reason: str) -> tuple[WatchedAccessPoint, bool]:
@@ -87,7 +88,7 @@ class WatchLists:
             raise InvalidInput(str(error), "bssid") from error
         added = await self._rows.add(venue, version, number, reason, self._now_ms())
         if added is None:
-            raise _no_version(venue, version)
+            raise no_version(venue, version)
         return WatchedAccessPoint(added[0], self._state(added[0])), added[1]
 
     async def remove(self, venue: str, version: int, bssid: str) -> None:
@@ -152,7 +153,3 @@ class WatchLists:
             return WatchState.REMOVED
         permanent = self._now_ms() - row.first_seen_ms >= WATCHED_MS
         return WatchState.PERMANENT if permanent else WatchState.WATCHED
-
-
-def _no_version(venue: str, version: int) -> NotFound:
-    return NotFound(f"venue {venue[:64]!r} has no radio map version {version}")

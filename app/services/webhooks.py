@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from urllib.parse import urlsplit
 
 from app.errors import Conflict, InvalidInput, NotFound
+from app.services.venues import Venues
 from app.storage.webhook_rows import WebhookRow, WebhookRows
 
 MOST = 20
@@ -38,8 +39,9 @@ class Webhooks:
     now_ms : the server's clock.
     """
 
-    def __init__(self, rows: WebhookRows, now_ms: Callable[[], int]) -> None:
+    def __init__(self, rows: WebhookRows, venues: Venues, now_ms: Callable[[], int]) -> None:
         self._rows = rows
+        self._venues = venues
         self._now_ms = now_ms
 
     async def add(self, venue: str, url: str) -> NewWebhook:
@@ -53,24 +55,18 @@ class Webhooks:
         refuse_address(url)
         secret, now_ms = secrets.token_bytes(_SECRET_BYTES), self._now_ms()
         made = NewWebhook(secrets.token_hex(16), url, shown_secret(secret), now_ms)
-        if not await self._rows.add(await self._venue(venue), made.webhook, url, secret, now_ms, MOST):
+        if not await self._rows.add(await self._venues.key(venue), made.webhook, url, secret, now_ms, MOST):
             raise Conflict(f"a venue has {MOST} webhooks at most; remove one first")
         return made
 
     async def listed(self, venue: str) -> list[WebhookRow]:
         """Every webhook of a venue, oldest first, without the secrets."""
-        return await self._rows.listed(await self._venue(venue))
+        return await self._rows.listed(await self._venues.key(venue))
 
     async def remove(self, venue: str, webhook: str) -> None:
         """Remove one; what was on its way to it is not sent any more. Raises NotFound where there is none, too."""
-        if not await self._rows.remove(await self._venue(venue), webhook):
+        if not await self._rows.remove(await self._venues.key(venue), webhook):
             raise NotFound(f"venue {venue[:64]!r} has no webhook {webhook[:32]!r}")
-
-    async def _venue(self, venue: str) -> int:
-        venue_id = await self._rows.venue(venue)
-        if venue_id is None:
-            raise NotFound(f"there is no venue {venue[:64]!r}")
-        return venue_id
 
 
 def shown_secret(secret: bytes) -> str:

@@ -6,13 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import Insert, delete, func, select
+from sqlalchemy import Insert, delete, func
 from sqlalchemy.dialects.postgresql import insert as insert_postgresql
 from sqlalchemy.dialects.sqlite import insert as insert_sqlite
 from sqlalchemy.ext.asyncio import AsyncConnection, AsyncEngine
 
 from app.storage.database import reachable
-from app.storage.tables import map_use, radio_maps, venues
+from app.storage.radio_map_rows import of_version
+from app.storage.tables import map_use, radio_maps
 
 _ADDED = "scans", "unfit", "visits", "total", "total_square"
 _KEYS = "radio_map_id", "floor", "east", "north", "period"
@@ -71,7 +72,7 @@ class MapUseRows:
         """Add to what is there. used : by venue and version; what is of versions that are gone is dropped."""
         async with reachable(), self._engine.begin() as connection:
             for (venue, version), squares in sorted(used.items()):
-                map_id = await _map_id(connection, venue, version)
+                map_id = await connection.scalar(of_version(venue, version, radio_maps.c.id))
                 if map_id is None:
                     continue
                 # always in the same order: workers that add to the same squares wait for each other in no circle
@@ -80,12 +81,9 @@ class MapUseRows:
 
     async def read(self, venue: str, version: int, since: int) -> dict[UsedSquare, UseRow]:
         """What is known of a version from a period on; nothing also where there is no such version."""
-        query = (
-            select(*(map_use.c[name] for name in (*_KEYS[1:], *_ADDED, "session_bits", "last_ms")))
-            .join(radio_maps, radio_maps.c.id == map_use.c.radio_map_id)
-            .join(venues, venues.c.id == radio_maps.c.venue_id)
-            .where(venues.c.venue == venue, radio_maps.c.version == version, map_use.c.period >= since)
-        )
+        columns = (map_use.c[name] for name in (*_KEYS[1:], *_ADDED, "session_bits", "last_ms"))
+        query = of_version(venue, version, *columns).join(map_use, map_use.c.radio_map_id == radio_maps.c.id)
+        query = query.where(map_use.c.period >= since)
         async with reachable(), self._engine.connect() as connection:
             rows = (await connection.execute(query)).all()
         return {UsedSquare(*row[:4]): UseRow(*row[4:]) for row in rows}
@@ -94,16 +92,6 @@ class MapUseRows:
         """Drop the periods before one."""
         async with reachable(), self._engine.begin() as connection:
             await connection.execute(delete(map_use).where(map_use.c.period < before))
-
-
-async def _map_id(connection: AsyncConnection, venue: str, version: int) -> int | None:
-    query = (
-        select(radio_maps.c.id)
-        .join(venues, venues.c.id == radio_maps.c.venue_id)
-        .where(venues.c.venue == venue, radio_maps.c.version == version)
-    )
-    found: int | None = await connection.scalar(query)
-    return found
 
 
 def _order(square: UsedSquare) -> tuple[str, int, int, int]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from sqlalchemy import and_, bindparam, func, insert, select, update
+from sqlalchemy import ColumnElement, Select, and_, bindparam, func, insert, select, update
 from sqlalchemy.ext.asyncio import AsyncConnection, AsyncEngine
 
 from app.storage.database import reachable
@@ -108,6 +108,16 @@ class RadioMapRows:
                 return False
             await _activate(connection, venue_id, version)
         return True
+
+
+def of_version(venue: str, version: int, *columns: ColumnElement[Any]) -> Select[Any]:
+    """Columns of a venue and of one of its versions; no row where there is no such version."""
+    return (
+        select(*columns)
+        .select_from(radio_maps)
+        .join(venues, venues.c.id == radio_maps.c.venue_id)
+        .where(venues.c.venue == venue, radio_maps.c.version == version)
+    )
 
 
 async def lock_venue(connection: AsyncConnection, venue_id: int) -> None:

@@ -9,7 +9,8 @@ from sqlalchemy.exc import IntegrityError
 from sqlalchemy.ext.asyncio import AsyncEngine
 
 from app.storage.database import reachable
-from app.storage.tables import radio_map_reports, radio_maps, venues
+from app.storage.radio_map_rows import of_version
+from app.storage.tables import radio_map_reports, radio_maps
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,11 +41,7 @@ class ReportRows:
 
     async def version(self, venue: str, version: int) -> VersionKey | None:
         """A version of a venue; None if there is none."""
-        query = (
-            select(radio_maps.c.id, radio_maps.c.surveys)
-            .join(venues, venues.c.id == radio_maps.c.venue_id)
-            .where(venues.c.venue == venue, radio_maps.c.version == version)
-        )
+        query = of_version(venue, version, radio_maps.c.id, radio_maps.c.surveys)
         async with reachable(), self._engine.connect() as connection:
             row = (await connection.execute(query)).one_or_none()
         return None if row is None else VersionKey(row[0], tuple(row[1]))
@@ -58,12 +55,9 @@ class ReportRows:
 
     async def read(self, venue: str, version: int) -> ReportRow | None:
         """The report of a version; None if there is none yet."""
-        query = (
-            select(radio_map_reports.c.report, radio_map_reports.c.picture, radio_map_reports.c.created_ms)
-            .join(radio_maps, radio_maps.c.id == radio_map_reports.c.radio_map_id)
-            .join(venues, venues.c.id == radio_maps.c.venue_id)
-            .where(venues.c.venue == venue, radio_maps.c.version == version)
-        )
+        of = radio_map_reports.c
+        query = of_version(venue, version, of.report, of.picture, of.created_ms)
+        query = query.join(radio_map_reports, of.radio_map_id == radio_maps.c.id)
         async with reachable(), self._engine.connect() as connection:
             row = (await connection.execute(query)).one_or_none()
         return None if row is None else ReportRow(*row)

@@ -12,28 +12,12 @@ from sqlalchemy.ext.asyncio import AsyncEngine
 
 from app.storage.database import reachable
 from app.storage.radio_map_rows import BuiltMap, insert_version, lock_venue
-from app.storage.tables import fingerprints, floors, surveys, venues
+from app.storage.tables import fingerprints, floors, surveys
 
 CHUNK = 500
 """Fingerprints in memory at a time; each is a few kilobytes."""
 FingerprintRow = tuple[str, str, float, float, float, bytes]
 """floor, walk, time_s, x_m, y_m, packed readings."""
-
-
-@dataclass(frozen=True, slots=True)
-class FloorRow:
-    """A floor as surveys need it; the georeference is of the frame's origin, None where there is none."""
-
-    venue_id: int
-    venue: str
-    floor_id: int
-    floor: str
-    level: int
-    width_m: float
-    height_m: float
-    latitude_deg: float | None
-    longitude_deg: float | None
-    rotation_rad: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,33 +39,6 @@ class SurveyRows:
 
     def __init__(self, engine: AsyncEngine) -> None:
         self._engine = engine
-
-    async def venue(self, venue: str) -> int | None:
-        """A venue's key; None if there is none."""
-        async with reachable(), self._engine.connect() as connection:
-            key: int | None = await connection.scalar(select(venues.c.id).where(venues.c.venue == venue))
-        return key
-
-    async def floors(self, venue_id: int | None = None) -> list[FloorRow]:
-        """The floors of a venue, or of all."""
-        columns = (
-            venues.c.id,
-            venues.c.venue,
-            floors.c.id,
-            floors.c.floor,
-            floors.c.level,
-            floors.c.width_m,
-            floors.c.height_m,
-            floors.c.latitude_deg,
-            floors.c.longitude_deg,
-            floors.c.rotation_rad,
-        )
-        query = select(*columns).join(floors, floors.c.venue_id == venues.c.id).order_by(floors.c.id)
-        if venue_id is not None:
-            query = query.where(venues.c.id == venue_id)
-        async with reachable(), self._engine.connect() as connection:
-            rows = (await connection.execute(query)).all()
-        return [FloorRow(*tuple(row)) for row in rows]
 
     async def ids(self, venue_id: int) -> list[int]:
         """Every survey of a venue, oldest first."""

@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import bindparam, insert, select, update
+from sqlalchemy import insert, select, update
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.ext.asyncio import AsyncConnection, AsyncEngine
 
+from app.floorplan.georeference import Georeference
 from app.storage.database import reachable
 from app.storage.tables import floors, venues
 
@@ -28,8 +29,10 @@ class VenueRow:
 
 @dataclass(frozen=True, slots=True)
 class FloorRow:
-    """A floor without its plan and image. The georeference's three are None together."""
+    """A floor without its plan and image. venue : its own.  The georeference's three are None together."""
 
+    id: int
+    venue: str
     floor: str
     name: str
     level: int
@@ -40,6 +43,13 @@ class FloorRow:
     rotation_rad: float | None
     has_plan: bool
     has_image: bool
+
+    @property
+    def georeference(self) -> Georeference | None:
+        """Where its frame lies; None unless all three are known: a frame turned by a guess misplaces what is in it."""
+        if self.latitude_deg is None or self.longitude_deg is None or self.rotation_rad is None:
+            return None
+        return Georeference(self.latitude_deg, self.longitude_deg, self.rotation_rad)
 
 
 class VenueRows:
@@ -62,6 +72,12 @@ class VenueRows:
             return False
         return True
 
+    async def key(self, venue: str) -> int | None:
+        """A venue's key; None if there is none."""
+        async with reachable(), self._engine.connect() as connection:
+            key: int | None = await connection.scalar(select(venues.c.id).where(venues.c.venue == venue))
+        return key
+
     async def listed(self) -> list[VenueRow]:
         """Every venue, oldest first."""
         async with reachable(), self._engine.connect() as connection:
@@ -78,8 +94,15 @@ class VenueRows:
             row = (await connection.execute(_READ_VENUES.where(venues.c.venue == venue))).one_or_none()
             if row is None:
                 return None
-            found = await connection.execute(_READ_FLOORS, {"of": row.id})
+            query = _READ_FLOORS.where(venues.c.id == row.id).order_by(floors.c.level, floors.c.floor)
+            found = await connection.execute(query)
             return VenueRow(**row._mapping), [FloorRow(**floor._mapping) for floor in found]
+
+    async def floors(self) -> list[FloorRow]:
+        """The floors of every venue, in the order in which they were made."""
+        async with reachable(), self._engine.connect() as connection:
+            rows = (await connection.execute(_READ_FLOORS.order_by(floors.c.id))).all()
+        return [FloorRow(**row._mapping) for row in rows]
 
     async def put_floor(self, venue: str, floor: str, values: Mapping[str, Any]) -> bool | None:
         """Make a floor, or replace everything of it but its image.
@@ -134,19 +157,17 @@ async def _raise_revision(connection: AsyncConnection, venue: str) -> int | None
 _READ_VENUES = select(
     venues.c.id, venues.c.venue, venues.c.name, venues.c.revision, venues.c.active_version, venues.c.created_ms
 )
-_READ_FLOORS = (
-    select(
-        floors.c.floor,
-        floors.c.name,
-        floors.c.level,
-        floors.c.width_m,
-        floors.c.height_m,
-        floors.c.latitude_deg,
-        floors.c.longitude_deg,
-        floors.c.rotation_rad,
-        floors.c.plan.is_not(None).label("has_plan"),
-        floors.c.image.is_not(None).label("has_image"),
-    )
-    .where(floors.c.venue_id == bindparam("of"))
-    .order_by(floors.c.level, floors.c.floor)
-)
+_READ_FLOORS = select(
+    floors.c.id,
+    venues.c.venue,
+    floors.c.floor,
+    floors.c.name,
+    floors.c.level,
+    floors.c.width_m,
+    floors.c.height_m,
+    floors.c.latitude_deg,
+    floors.c.longitude_deg,
+    floors.c.rotation_rad,
+    floors.c.plan.is_not(None).label("has_plan"),
+    floors.c.image.is_not(None).label("has_image"),
+).join(venues, venues.c.id == floors.c.venue_id)

@@ -10,7 +10,7 @@ from sqlalchemy import Select, and_, delete, func, insert, select, update
 from sqlalchemy.ext.asyncio import AsyncConnection, AsyncEngine
 
 from app.storage.database import reachable
-from app.storage.radio_map_rows import lock_venue
+from app.storage.radio_map_rows import lock_venue, of_version
 from app.storage.tables import radio_maps, venues, watch_evidence, watched_access_points
 
 _LIST = watched_access_points
@@ -51,12 +51,8 @@ class WatchListRows:
 
     async def watched(self, venue: str, version: int) -> frozenset[int]:
         """The access points that are to be left out with a version; empty also where there is no such version."""
-        query = (
-            select(_LIST.c.bssid)
-            .join(radio_maps, radio_maps.c.id == _LIST.c.radio_map_id)
-            .join(venues, venues.c.id == radio_maps.c.venue_id)
-            .where(venues.c.venue == venue, radio_maps.c.version == version, _LIST.c.removed_ms.is_(None))
-        )
+        query = of_version(venue, version, _LIST.c.bssid).join(_LIST, _LIST.c.radio_map_id == radio_maps.c.id)
+        query = query.where(_LIST.c.removed_ms.is_(None))
         async with reachable(), self._engine.connect() as connection:
             return frozenset((await connection.scalars(query)).all())
 
@@ -151,12 +147,7 @@ class WatchListRows:
 
 async def _version(connection: AsyncConnection, venue: str, version: int) -> tuple[int, int] | None:
     """The keys of a venue and of its version."""
-    query = (
-        select(venues.c.id, radio_maps.c.id)
-        .join(radio_maps, radio_maps.c.venue_id == venues.c.id)
-        .where(venues.c.venue == venue, radio_maps.c.version == version)
-    )
-    row = (await connection.execute(query)).one_or_none()
+    row = (await connection.execute(of_version(venue, version, venues.c.id, radio_maps.c.id))).one_or_none()
     return None if row is None else (row[0], row[1])
 
 

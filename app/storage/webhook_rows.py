@@ -9,7 +9,7 @@ from sqlalchemy.ext.asyncio import AsyncEngine
 
 from app.storage.database import reachable
 from app.storage.radio_map_rows import lock_venue
-from app.storage.tables import outbox, venues, webhooks
+from app.storage.tables import outbox, webhooks
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,12 +36,6 @@ class WebhookRows:
 
     def __init__(self, engine: AsyncEngine) -> None:
         self._engine = engine
-
-    async def venue(self, venue: str) -> int | None:
-        """A venue's key; None if there is none."""
-        async with reachable(), self._engine.connect() as connection:
-            key: int | None = await connection.scalar(select(venues.c.id).where(venues.c.venue == venue))
-        return key
 
     async def add(self, venue_id: int, webhook: str, url: str, secret: bytes, created_ms: int, most: int) -> bool:
         """A new webhook; False if the venue has that many already."""

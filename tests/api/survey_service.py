@@ -24,12 +24,14 @@ from app.services.geosubmission import Geosubmission
 from app.services.radio_maps import RadioMaps
 from app.services.surveys import Surveys
 from app.services.tasks import Tasks
+from app.services.venues import Venues
 from app.services.worker_processes import WorkerProcesses
 from app.storage.database import connect
 from app.storage.radio_map_rows import RadioMapRows
 from app.storage.survey_rows import SurveyRows
 from app.storage.tables import fingerprints, floors, metadata, radio_maps, surveys, venues
 from app.storage.task_rows import TaskRows
+from app.storage.venue_rows import VenueRows
 
 KEY = "key"
 LIMIT_BYTES = 60_000_000
@@ -64,11 +66,12 @@ def wire(url: str, workers: WorkerProcesses, limit_bytes: int = LIMIT_BYTES) -> 
     def now_ms() -> int:
         return clock_ms[0]
 
-    survey_rows, map_rows = SurveyRows(engine), RadioMapRows(engine)
-    maps = RadioMaps(map_rows, survey_rows, workers, now_ms)
-    service = Surveys(survey_rows, maps, workers, now_ms)
+    survey_rows, map_rows, venue_rows = SurveyRows(engine), RadioMapRows(engine), VenueRows(engine)
+    stored = Venues(venue_rows, now_ms)
+    maps = RadioMaps(map_rows, survey_rows, stored, workers, now_ms)
+    service = Surveys(survey_rows, stored, maps, workers, now_ms)
     tasks = Tasks(TaskRows(engine), now_ms)
-    reports = Geosubmission(survey_rows, service, now_ms)
+    reports = Geosubmission(venue_rows, service, now_ms)
 
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:

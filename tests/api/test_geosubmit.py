@@ -5,9 +5,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from sqlalchemy import update
 
 from app.floorplan.georeference import Georeference
 from app.services.worker_processes import WorkerProcesses
+from app.storage.tables import floors
 from tests.api.survey_service import KEY, SurveyService, survey_service
 from tests.survey.traces import mac
 
@@ -57,6 +59,16 @@ def test_bad_reports_are_left_out_and_the_others_land(service: SurveyService) ->
     items = [None, report(5000.0), report(), {"position": 7}, report(latitude="north")]
     assert service.client.post(PATH, json={"items": items}).json() == {}
     assert stored(service) == [("F1", 20.0)]
+
+
+def test_a_report_is_not_placed_on_a_floor_of_which_it_is_not_known_how_it_is_turned(service: SurveyService) -> None:
+    async def forget() -> None:
+        async with service.wired.engine.begin() as connection:
+            await connection.execute(update(floors).where(floors.c.floor == "F1").values(rotation_rad=None))
+
+    service.call(forget)
+    assert service.client.post(PATH, json={"items": [report(20.0), report(30.0, floor="F1")]}).json() == {}
+    assert stored(service) == [("F2", 20.0), ("F2", 30.0)]
 
 
 def test_reports_of_which_none_can_be_used_leave_nothing(service: SurveyService) -> None:

@@ -16,6 +16,7 @@ import pytest
 
 from app.services import webhook_delivery
 from app.services.phones import public_number
+from app.services.venues import Venues
 from app.services.webhook_delivery import (
     FIRST_RETRY_MS,
     GIVE_UP_MS,
@@ -26,6 +27,7 @@ from app.services.webhook_delivery import (
 )
 from app.services.webhooks import NewWebhook, Webhooks
 from app.storage.outbox_rows import Delivery, OutboxRows
+from app.storage.venue_rows import VenueRows
 from app.storage.webhook_rows import WebhookRow, WebhookRows
 from tests.api.phone_service import PhoneService, phone_service
 from tests.services.test_session_events import batch
@@ -53,15 +55,23 @@ def delivering(service: PhoneService) -> Iterator[None]:
         running.cancel()
 
 
+def webhooks_of(service: PhoneService) -> Webhooks:
+    engine = service.wired.engine
+
+    def now_ms() -> int:
+        return service.wired.clock_ms[0]
+
+    return Webhooks(WebhookRows(engine), Venues(VenueRows(engine), now_ms), now_ms)
+
+
 def register(service: PhoneService, url: str) -> NewWebhook:
-    hooks = Webhooks(WebhookRows(service.wired.engine), lambda: service.wired.clock_ms[0])
-    made: NewWebhook = service.call(hooks.add, "mall", url)
+    made: NewWebhook = service.call(webhooks_of(service).add, "mall", url)
     return made
 
 
 def until(service: PhoneService, reached: Any) -> WebhookRow:
     """The first webhook, once that is true of it."""
-    hooks = Webhooks(WebhookRows(service.wired.engine), lambda: 0)
+    hooks = webhooks_of(service)
     deadline = time.monotonic() + PATIENCE_S
     while time.monotonic() < deadline:
         row: WebhookRow = service.call(hooks.listed, "mall")[0]

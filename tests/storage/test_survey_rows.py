@@ -139,24 +139,6 @@ def test_a_radio_map_that_is_outdated_takes_its_survey_with_it(run: Run, reason:
     run(use)
 
 
-def test_floors_are_listed_by_venue_or_all(run: Run) -> None:
-    async def use(engine: AsyncEngine) -> None:
-        store = SurveyRows(engine)
-        mall, _ = await make_venue(engine)
-        await make_venue(engine, "station")
-        assert [(row.venue, row.floor, row.level) for row in await store.floors(mall)] == [
-            ("mall", "F1", 0),
-            ("mall", "F2", 1),
-        ]
-        assert len(await store.floors()) == 4
-        first, second = await store.floors(mall)
-        assert (first.latitude_deg, first.longitude_deg, first.rotation_rad) == (30.0, 120.0, 0.5)
-        assert (second.latitude_deg, second.width_m, second.height_m) == (None, 100.0, 60.0)
-        assert await store.venue("mall") == mall and await store.venue("nowhere") is None
-
-    run(use)
-
-
 def test_surveys_of_one_venue_are_not_those_of_another(run: Run) -> None:
     async def use(engine: AsyncEngine) -> Any:
         store = SurveyRows(engine)

@@ -3,8 +3,10 @@ from __future__ import annotations
 import asyncio
 from typing import Any
 
+import pytest
 from sqlalchemy.ext.asyncio import AsyncEngine
 
+from app.floorplan.georeference import Georeference
 from app.storage.venue_rows import VenueRows
 from tests.storage.conftest import Run
 
@@ -74,6 +76,42 @@ def test_floors_that_are_put_at_once_all_count(run: Run) -> None:
         made = await asyncio.gather(*(rows.put_floor("mall", f"F{n % 3}", FLOOR) for n in range(9)))
         assert sorted(map(str, made)) == ["False"] * 6 + ["True"] * 3
         assert await rows.revisions() == [("mall", 10)]
+
+    run(use)
+
+
+def test_floors_are_those_of_one_venue_or_of_all(run: Run) -> None:
+    async def use(engine: AsyncEngine) -> None:
+        rows = VenueRows(engine)
+        for venue in ("mall", "station"):
+            await rows.add(venue, venue, 0)
+            for floor, level in (("F2", 1), ("F1", 0)):
+                await rows.put_floor(venue, floor, {**FLOOR, "level": level})
+        found = await rows.read("station")
+        assert found is not None
+        assert await rows.key("station") == found[0].id and await rows.key("nowhere") is None
+        assert [(row.venue, row.floor) for row in found[1]] == [("station", "F1"), ("station", "F2")]
+        every = await rows.floors()
+        assert [(row.venue, row.floor) for row in every] == [
+            ("mall", "F2"),
+            ("mall", "F1"),
+            ("station", "F2"),
+            ("station", "F1"),
+        ]
+        assert every[3:1:-1] == found[1]
+
+    run(use)
+
+
+@pytest.mark.parametrize("missing", ["latitude_deg", "longitude_deg", "rotation_rad"])
+def test_a_floor_has_a_georeference_only_if_all_of_it_is_known(run: Run, missing: str) -> None:
+    async def use(engine: AsyncEngine) -> None:
+        rows = VenueRows(engine)
+        await rows.add("mall", "Mall", 0)
+        await rows.put_floor("mall", "F1", FLOOR)
+        await rows.put_floor("mall", "F2", {**FLOOR, missing: None})
+        places = {row.floor: row.georeference for row in await rows.floors()}
+        assert places == {"F1": Georeference(30.25, 120.5, 0.125), "F2": None}
 
     run(use)
 
