@@ -22,11 +22,12 @@ from app.api.metrics import Metrics, MetricsMiddleware
 from app.api.openapi import install_openapi
 from app.api.operation import operation_router
 from app.api.phones import phones_router
-from app.api.problems import install_problems
+from app.api.problems import install_problems, problem_document
 from app.api.quality import quality_router
 from app.api.radio_maps import radio_maps_router
 from app.api.sessions import sessions_router
 from app.api.surveys import surveys_router
+from app.api.tasks import tasks_router
 from app.api.venues import venues_router
 from app.api.watch_lists import watch_lists_router
 from app.api.webhooks import webhooks_router
@@ -97,7 +98,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     map_use = MapUse(MapUseRows(engine), server_ms, metrics.resurvey)
     listeners = watch_lists.heard, map_use.heard
     tracking = Tracking(SessionRows(engine), hot, sites, METHODS, settings.session_hours, server_ms, listeners)
-    workers, tasks = WorkerProcesses(), Tasks(TaskRows(engine), server_ms)
+    workers, tasks = WorkerProcesses(), Tasks(TaskRows(engine), server_ms, problem_document)
     venues = Venues(venue_rows, server_ms)
     radio_maps = RadioMaps(map_rows, survey_rows, venues, workers, server_ms)
     surveys = Surveys(survey_rows, venues, radio_maps, workers, server_ms)
@@ -131,6 +132,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         geolocate_router(_given(geolocation), QueryGate(access, Scope.POSITION)),
         venues_router(_given(venues), anyone, admin),
         surveys_router(_given(surveys), _given(tasks), Gate(access, *surveying), settings.survey_limit_bytes),
+        tasks_router(_given(tasks), Gate(access, *surveying)),
         radio_maps_router(_given(radio_maps), anyone, Gate(access, *surveying)),
         geosubmit_router(_given(Geosubmission(venue_rows, surveys, server_ms)), QueryGate(access, *surveying)),
         phones_router(_given(Phones(PhoneRows(engine, settings.session_hours), server_ms)), admin),

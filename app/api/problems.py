@@ -58,6 +58,7 @@ PROBLEMS: Mapping[type[SurefixError], Problem] = {
     DependencyDown: Problem(503, "dependency-down", "A store cannot be reached; nothing was changed"),
 }
 DEFECT = Problem(500, "defect", "The service has a defect")
+DEFECT_DETAIL = "the request could not be answered; the log of the server says why"
 
 
 def install_problems(app: FastAPI) -> None:
@@ -77,6 +78,15 @@ def json_pointer(field: str) -> str:
     """`wifi[0].t` as the URI fragment of RFC 6901 that RFC 9457 shows: `#/wifi/0/t`."""
     parts = (found[1] or found[0] for found in _PATH_PART.finditer(field))
     return "#" + "".join("/" + part.replace("~", "~0").replace("/", "~1") for part in parts)
+
+
+def problem_document(error: Exception) -> dict[str, Any]:
+    """What an error of work that goes on without its request is told as; a field is one of the body."""
+    problem = problem_of(error) if isinstance(error, SurefixError) else DEFECT
+    if problem is DEFECT:
+        return _members(DEFECT, DEFECT_DETAIL, {})
+    field = error.field if isinstance(error, InvalidInput) else ""
+    return _members(problem, str(error), _place(field, in_body=True) if field else {})
 
 
 async def _answer_error(request: Request, error: Exception) -> Response:
@@ -121,7 +131,7 @@ async def _answer_http(request: Request, error: Exception) -> Response:
 async def _answer_defect(request: Request, error: Exception) -> Response:
     """Nothing of the inside leaves. Starlette raises the error again afterwards, so the server logs its trace."""
     _log.error("%s %s failed: %s", request.method, request.url.path, type(error).__name__)
-    return _document(DEFECT, "the request could not be answered; the log of the server says why")
+    return _document(DEFECT, DEFECT_DETAIL)
 
 
 def _finding(found: Mapping[str, Any]) -> dict[str, Any]:
@@ -146,12 +156,10 @@ def _place(field: str, in_body: bool) -> dict[str, str]:
 def _document(
     problem: Problem, detail: str, members: Mapping[str, Any] | None = None, headers: Mapping[str, str] | None = None
 ) -> Response:
-    body = {
-        "type": TYPE + problem.name,
-        "title": problem.title,
-        "status": problem.status,
-        **(members or {}),
-        "detail": detail,
-    }
     # ASCII: what a client sent may hold half a surrogate pair, which UTF-8 cannot
-    return Response(json.dumps(body).encode(), problem.status, headers, media_type=MEDIA_TYPE)
+    body = json.dumps(_members(problem, detail, members or {})).encode()
+    return Response(body, problem.status, headers, media_type=MEDIA_TYPE)
+
+
+def _members(problem: Problem, detail: str, more: Mapping[str, Any]) -> dict[str, Any]:
+    return {"type": TYPE + problem.name, "title": problem.title, "status": problem.status, **more, "detail": detail}

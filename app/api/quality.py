@@ -9,15 +9,17 @@ from typing import Any
 import orjson
 from fastapi import APIRouter, Depends, Response
 
-from app.api.quality_body import QualityBody, ReportStartedBody
+from app.api.quality_body import QualityBody
 from app.api.quality_page import HEADERS, page_of, waiting_page
 from app.api.radio_maps import Version
+from app.api.tasks import StartedBody, started, task_path
 from app.services.quality import Quality
 
 PNG = "image/png"
 HTML = "text/html"
 AGAIN_S = 5
 """When to ask again for a report that is being made."""
+_AGAIN = {"Retry-After": str(AGAIN_S)}
 
 
 def quality_router(quality: Callable[..., Any], survey: Callable[..., Any]) -> APIRouter:
@@ -30,11 +32,11 @@ def quality_router(quality: Callable[..., Any], survey: Callable[..., Any]) -> A
     router = APIRouter(
         prefix="/v1/venues/{venue}/radio-maps/{version}", tags=["integrity"], dependencies=[Depends(survey)]
     )
-    started: dict[int | str, dict[str, Any]] = {202: {"model": ReportStartedBody, "description": "it is being made"}}
+    waiting: dict[int | str, dict[str, Any]] = {202: {"model": StartedBody, "description": "it is being made"}}
 
     @router.get(
         "/quality",
-        responses={200: {"model": QualityBody}, **started},
+        responses={200: {"model": QualityBody}, **waiting},
         response_class=Response,
         summary="How good a radio map is",
     )
@@ -43,12 +45,12 @@ def quality_router(quality: Callable[..., Any], survey: Callable[..., Any]) -> A
         which is answered 202 until it is done; `drift` is of now."""
         found = await service.report(venue, version)
         if isinstance(found, str):
-            return _started(found)
+            return started(found, _AGAIN)
         return Response(orjson.dumps(found.described), media_type="application/json")
 
     @router.get(
         "/quality.png",
-        responses={200: {"content": {PNG: {"schema": {"type": "string", "format": "binary"}}}}, **started},
+        responses={200: {"content": {PNG: {"schema": {"type": "string", "format": "binary"}}}}, **waiting},
         response_class=Response,
         summary="The same as a picture",
     )
@@ -56,7 +58,9 @@ def quality_router(quality: Callable[..., Any], survey: Callable[..., Any]) -> A
         """A row for each floor: error and protection level over the plan; gaps, look-alike places, and where to survey
         again."""
         found = await service.report(venue, version)
-        return _started(found) if isinstance(found, str) else Response(await to_thread(found.drawn), media_type=PNG)
+        return (
+            started(found, _AGAIN) if isinstance(found, str) else Response(await to_thread(found.drawn), media_type=PNG)
+        )
 
     @router.get(
         "/quality.html",
@@ -74,16 +78,8 @@ def quality_router(quality: Callable[..., Any], survey: Callable[..., Any]) -> A
         """A file by itself, the picture within."""
         found = await service.report(venue, version)
         if isinstance(found, str):
-            headers = {**_headers(found), **HEADERS}
+            headers = {"Location": task_path(found), **_AGAIN, **HEADERS}
             return Response(waiting_page(venue, version, AGAIN_S), 202, headers, media_type=HTML)
         return Response(page_of(venue, found.described, await to_thread(found.drawn)), headers=HEADERS, media_type=HTML)
 
     return router
-
-
-def _started(task: str) -> Response:
-    return Response(orjson.dumps({"task": f"/v1/tasks/{task}"}), 202, _headers(task), media_type="application/json")
-
-
-def _headers(task: str) -> dict[str, str]:
-    return {"Location": f"/v1/tasks/{task}", "Retry-After": str(AGAIN_S)}

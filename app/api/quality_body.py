@@ -191,9 +191,3 @@ class QualityBody(BaseModel):
     access_points: AccessPointsBody
     drift: DriftBody
     floors: list[FloorQualityBody]
-
-
-class ReportStartedBody(BaseModel):
-    """The report is being made: ask again."""
-
-    task: str

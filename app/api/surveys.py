@@ -1,4 +1,4 @@
-"""POST /v1/venues/{venue}/surveys and the tasks behind `Prefer: respond-async`."""
+"""POST /v1/venues/{venue}/surveys."""
 
 from __future__ import annotations
 
@@ -10,147 +10,42 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import orjson
-from fastapi import APIRouter, Depends, Header, Query, Request, Response
-from pydantic import BaseModel, Field
+from fastapi import APIRouter, Depends, Header, Query, Request
 
-from app.api.problems import TYPE, problem_of
+from app.api.survey_body import REQUEST, ReceiptBody, receipt_body
+from app.api.tasks import StartedBody, started
 from app.api.upload_body import drain, receive_upload
 from app.errors import InvalidInput, SurefixError
-from app.services.surveys import Receipt, Surveys
-from app.services.tasks import Tasks, TaskStatus
+from app.services.surveys import Surveys
+from app.services.tasks import Tasks
 from app.survey.upload import Upload
 
 _ASYNC = re.compile(r"(?:^|[,;\s])respond-async(?:$|[,;\s])", re.IGNORECASE)
-_LOST = {
-    "type": f"{TYPE}task-lost",
-    "title": "The task ended with the process that ran it",
-    "status": 503,
-    "detail": "nothing was stored; send the survey again",
-}
-
-
-class RejectionBody(BaseModel):
-    """What did not land, and why. `item`: row of a CSV (the header is 1), path in a JSON body, file or file:line."""
-
-    item: str | int
-    reason: str
-
-
-class ReceiptBody(BaseModel):
-    """What became of a survey. `rejected` lists the first 1000 rejections, `rejected_count` counts them all.
-
-    `version`: number of the radio map that is active now because of `publish=true`, else null.
-    """
-
-    survey: int
-    accepted: Annotated[int, Field(description="fingerprints that landed")]
-    rejected: list[RejectionBody]
-    rejected_count: int
-    version: int | None
-
-
-class StartedBody(BaseModel):
-    """Where to ask how the survey stands."""
-
-    task: str
-
-
-class TaskBody(BaseModel):
-    """A task. `receipt` once it is done; `problem`, as the request would have been answered, once it failed."""
-
-    task: str
-    status: TaskStatus
-    receipt: ReceiptBody | None
-    problem: dict[str, Any] | None
-
-
-_FILES = {"type": "array", "items": {"type": "string", "format": "binary"}}
-_REQUEST = {
-    "requestBody": {
-        "required": True,
-        "content": {
-            "application/json": {
-                "schema": {
-                    "type": "object",
-                    "required": ["floor", "fingerprints"],
-                    "properties": {
-                        "floor": {"type": "string"},
-                        "device": {
-                            "type": "object",
-                            "properties": {"brand": {"type": "string"}, "model": {"type": "string"}},
-                        },
-                        "fingerprints": {
-                            "type": "array",
-                            "items": {
-                                "type": "object",
-                                "required": ["x", "y", "t", "readings"],
-                                "properties": {
-                                    "x": {"type": "number", "description": "m"},
-                                    "y": {"type": "number", "description": "m"},
-                                    "t": {"type": "number", "description": "Unix ms"},
-                                    "readings": {
-                                        "type": "array",
-                                        "items": {
-                                            "type": "object",
-                                            "required": ["bssid", "rssi"],
-                                            "properties": {
-                                                "bssid": {"type": "string"},
-                                                "rssi": {"type": "number", "description": "dBm"},
-                                                "frequency": {"type": "number", "description": "MHz"},
-                                                "ssid": {"type": "string"},
-                                            },
-                                        },
-                                    },
-                                    "bluetooth": {
-                                        "type": "array",
-                                        "items": {
-                                            "type": "object",
-                                            "required": ["id", "rssi"],
-                                            "properties": {
-                                                "id": {"type": "string", "description": "uuid:major:minor"},
-                                                "rssi": {"type": "number", "description": "dBm"},
-                                            },
-                                        },
-                                    },
-                                },
-                            },
-                        },
-                    },
-                }
-            },
-            "text/csv": {"schema": {"type": "string", "description": "floor,x,y,t,bssid,rssi[,frequency][,ssid]"}},
-            "multipart/form-data": {
-                "schema": {"type": "object", "required": ["files"], "properties": {"files": _FILES}}
-            },
-        },
-    }
-}
 
 
 def surveys_router(
     surveys: Callable[..., Any], tasks: Callable[..., Any], survey: Callable[..., Any], limit_bytes: int
 ) -> APIRouter:
-    """The endpoints.
+    """The endpoint.
 
     Parameters
     ----------
     surveys, tasks : dependencies that give the Surveys and the Tasks.  survey : dependency that lets only scope
     `survey` pass.  limit_bytes : largest body.
     """
-    router = APIRouter(prefix="/v1", tags=["surveys"], dependencies=[Depends(survey)])
+    router = APIRouter(prefix="/v1/venues/{venue}/surveys", tags=["surveys"], dependencies=[Depends(survey)])
 
     @router.post(
-        "/venues/{venue}/surveys",
+        "",
         status_code=201,
         response_model=ReceiptBody,
         responses={202: {"model": StartedBody, "description": "with `Prefer: respond-async`"}},
         summary="Upload a survey",
-        openapi_extra=_REQUEST,
+        openapi_extra=REQUEST,
     )
     async def upload_survey(
         venue: str,
         request: Request,
-        response: Response,
         publish: Annotated[bool, Query(description="build the next radio map of all surveys and activate it")] = False,
         floor: Annotated[str | None, Query(description="of the traces of a multipart body; needed there")] = None,
         prefer: Annotated[str, Header(description="`respond-async`: 202 and a task")] = "",
@@ -174,38 +69,9 @@ def surveys_router(
         finally:
             if not handed_over:
                 shutil.rmtree(folder)
-        response.status_code = 202
-        response.headers["Location"] = f"/v1/tasks/{task}"
-        response.headers["Preference-Applied"] = "respond-async"
-        return Response(
-            orjson.dumps({"task": f"/v1/tasks/{task}"}), 202, dict(response.headers), media_type="application/json"
-        )
-
-    @router.get("/tasks/{task}", response_model=TaskBody, summary="How an upload stands")
-    async def read_task(task: str, background: Tasks = Depends(tasks)) -> Any:
-        """Kept for a week."""
-        state = await background.state(task)
-        outcome = orjson.loads(state.outcome) if state.outcome else None
-        failed = state.status is TaskStatus.FAILED
-        return {
-            "task": f"/v1/tasks/{task}",
-            "status": state.status,
-            "receipt": outcome if state.status is TaskStatus.DONE else None,
-            "problem": (outcome or _LOST) if failed else None,
-        }
+        return started(task, {"Preference-Applied": "respond-async"})
 
     return router
-
-
-def receipt_body(receipt: Receipt) -> ReceiptBody:
-    """A receipt as it is answered."""
-    return ReceiptBody(
-        survey=receipt.survey,
-        accepted=receipt.accepted,
-        rejected=[RejectionBody(item=one.item, reason=one.reason) for one in receipt.rejected],
-        rejected_count=receipt.rejected_count,
-        version=receipt.version,
-    )
 
 
 async def _received(
@@ -223,17 +89,8 @@ async def _received(
         raise
 
 
-async def _in_background(
-    service: Surveys, venue: str, upload: Upload, publish: bool, folder: Path
-) -> tuple[TaskStatus, bytes]:
+async def _in_background(service: Surveys, venue: str, upload: Upload, publish: bool, folder: Path) -> bytes:
     try:
-        receipt = receipt_body(await service.add(venue, upload, publish))
-        return TaskStatus.DONE, orjson.dumps(receipt.model_dump())
-    except SurefixError as error:
-        problem = problem_of(error)
-        document: dict[str, Any] = {"type": TYPE + problem.name, "title": problem.title, "status": problem.status}
-        if isinstance(error, InvalidInput) and error.field:
-            document["field"] = error.field
-        return TaskStatus.FAILED, orjson.dumps({**document, "detail": str(error)})
+        return orjson.dumps(receipt_body(await service.add(venue, upload, publish)).model_dump())
     finally:
         shutil.rmtree(folder)

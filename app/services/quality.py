@@ -12,13 +12,12 @@ from typing import Any
 import numpy as np
 import orjson
 
-from app.errors import SurefixError
 from app.services.identifiers import no_version
 from app.services.map_drift import described_drift
 from app.services.map_use import MapUse
 from app.services.quality_report import ReportFloor, made_report
 from app.services.resurvey_overlay import overlaid
-from app.services.tasks import Tasks, TaskStatus
+from app.services.tasks import Tasks
 from app.services.venues import Venues
 from app.services.watch_lists import WatchLists, WatchState
 from app.services.worker_processes import WorkerProcesses
@@ -101,16 +100,13 @@ class Quality:
                 task = self._making[key.map_id] = await self._tasks.start(lambda: self._job(venue, key))
         return task
 
-    async def _job(self, venue: str, key: VersionKey) -> tuple[TaskStatus, bytes]:
+    async def _job(self, venue: str, key: VersionKey) -> bytes:
         try:
             report, picture = await self._made(venue, key)
             await self._rows.add(key.map_id, ReportRow(report, picture, self._now_ms()))
-        except SurefixError as error:
-            document = {"type": "about:blank", "title": "The report could not be made", "detail": str(error)}
-            return TaskStatus.FAILED, orjson.dumps(document)
         finally:
             self._making.pop(key.map_id, None)
-        return TaskStatus.DONE, b""
+        return b""  # it is read where it was asked for
 
     async def _made(self, venue: str, key: VersionKey) -> tuple[bytes, bytes]:
         floors = []

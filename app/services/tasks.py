@@ -5,11 +5,14 @@ from __future__ import annotations
 import asyncio
 import logging
 import secrets
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any
 
-from app.errors import NotFound
+import orjson
+
+from app.errors import NotFound, SurefixError
 from app.storage.task_rows import TaskRow, TaskRows
 
 HEARTBEAT_S = 20.0
@@ -36,8 +39,8 @@ class TaskState:
     outcome: bytes | None
 
 
-Job = Callable[[], Awaitable[tuple[TaskStatus, bytes]]]
-"""Gives DONE or FAILED, with the outcome."""
+Job = Callable[[], Awaitable[bytes]]
+"""Gives what is to be told of it, JSON or nothing; raises what its request would have been refused with."""
 
 
 class Tasks:
@@ -45,15 +48,18 @@ class Tasks:
 
     Parameters
     ----------
-    now_ms : the server's clock.
+    now_ms : the server's clock.  problem : the document that an error is answered with.
 
     Attributes
     ----------
     running : the tasks of this process.
     """
 
-    def __init__(self, rows: TaskRows, now_ms: Callable[[], int]) -> None:
+    def __init__(
+        self, rows: TaskRows, now_ms: Callable[[], int], problem: Callable[[Exception], Mapping[str, Any]]
+    ) -> None:
         self._rows = rows
+        self._problem = problem
         self._now_ms = now_ms
         self.running: set[asyncio.Task[None]] = set()
 
@@ -87,7 +93,12 @@ class Tasks:
         status, outcome = TaskStatus.FAILED, b""
         heartbeat = asyncio.create_task(self._beat(task))
         try:
-            status, outcome = await job()
+            outcome = await job()
+            status = TaskStatus.DONE
+        except Exception as error:
+            outcome = orjson.dumps(self._problem(error))
+            if not isinstance(error, SurefixError):
+                raise  # a defect, which the log tells
         finally:
             heartbeat.cancel()
             await self._rows.finish(task, status.value, outcome)

@@ -16,9 +16,10 @@ from sqlalchemy import func, insert, select
 from sqlalchemy.ext.asyncio import AsyncEngine
 
 from app.api.geosubmit import geosubmit_router
-from app.api.problems import install_problems
+from app.api.problems import install_problems, problem_document
 from app.api.radio_maps import radio_maps_router
 from app.api.surveys import surveys_router
+from app.api.tasks import tasks_router
 from app.errors import Unauthenticated
 from app.services.geosubmission import Geosubmission
 from app.services.radio_maps import RadioMaps
@@ -70,7 +71,7 @@ def wire(url: str, workers: WorkerProcesses, limit_bytes: int = LIMIT_BYTES) -> 
     stored = Venues(venue_rows, now_ms)
     maps = RadioMaps(map_rows, survey_rows, stored, workers, now_ms)
     service = Surveys(survey_rows, stored, maps, workers, now_ms)
-    tasks = Tasks(TaskRows(engine), now_ms)
+    tasks = Tasks(TaskRows(engine), now_ms, problem_document)
     reports = Geosubmission(venue_rows, service, now_ms)
 
     @asynccontextmanager
@@ -87,6 +88,7 @@ def wire(url: str, workers: WorkerProcesses, limit_bytes: int = LIMIT_BYTES) -> 
     app = FastAPI(lifespan=lifespan)
     install_problems(app)
     app.include_router(surveys_router(lambda: service, lambda: tasks, authorise, limit_bytes))
+    app.include_router(tasks_router(lambda: tasks, authorise))
     app.include_router(radio_maps_router(lambda: maps, authorise, authorise))
     app.include_router(geosubmit_router(lambda: reports, authorise))
     return Wired(app, engine, service, maps, survey_rows, map_rows, tasks, clock_ms)

@@ -10,6 +10,7 @@ from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import Any
 
+import orjson
 import pytest
 
 from app.errors import DependencyDown, InvalidInput
@@ -227,16 +228,18 @@ def test_tasks_that_are_stopped_or_break_are_told_as_failed(tmp_path: Path, work
     async def use(wired: Wired) -> None:
         tasks: Tasks = wired.tasks
 
-        async def for_ever() -> tuple[TaskStatus, bytes]:
+        async def for_ever() -> bytes:
             await asyncio.Event().wait()
             raise AssertionError("nobody sets it")
 
-        async def broken() -> tuple[TaskStatus, bytes]:
-            raise RuntimeError("a defect")
+        async def broken() -> bytes:
+            raise RuntimeError("of the inside")
 
         name, other = await tasks.start(broken), await tasks.start(for_ever)
         await asyncio.wait(tasks.running, return_when=asyncio.FIRST_COMPLETED)
-        assert (await tasks.state(name)).status is TaskStatus.FAILED
+        state = await tasks.state(name)
+        assert state.status is TaskStatus.FAILED and state.outcome is not None
+        assert orjson.loads(state.outcome)["status"] == 500 and b"inside" not in state.outcome
         assert (await tasks.state(other)).status is TaskStatus.RUNNING
         await tasks.close()
         assert (await tasks.state(other)).status is TaskStatus.FAILED
