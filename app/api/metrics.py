@@ -6,7 +6,6 @@ Counting on the wire keeps the services free of it, and counts what phones reall
 from __future__ import annotations
 
 import os
-import re
 import time
 from typing import Any
 
@@ -22,6 +21,8 @@ from prometheus_client import (
 from prometheus_client.multiprocess import MultiProcessCollector
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from app.services.fix_document import flag_of
+
 SHARED_FOLDER = "PROMETHEUS_MULTIPROC_DIR"
 """Environment variable by which several workers add up; prometheus_client reads it when it is imported."""
 BATCH_ROUTE = "/v1/sessions/{session}/batches"
@@ -29,7 +30,6 @@ SESSION_ROUTE = "/v1/sessions"
 UNKNOWN_ROUTE = "none"
 _SECONDS = (0.001, 0.002, 0.003, 0.005, 0.0075, 0.01, 0.015, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0)
 disable_created_metrics()  # type: ignore[no-untyped-call]  # a second series for each, which says nothing that `process_start_time_seconds` does not
-_FLAG = re.compile(rb'"flag":"([a-z]+)"')
 
 
 class Metrics:
@@ -76,9 +76,7 @@ class Metrics:
     def fixed(self, fix: bytes, seconds: float) -> None:
         """A batch led to a new Fix."""
         self._batches.observe(seconds)
-        flag = _FLAG.search(fix)
-        if flag is not None:
-            self._fixes.labels(flag[1].decode()).inc()
+        self._fixes.labels(flag_of(fix).value).inc()
 
     def exposition(self) -> bytes:
         """Everything in Prometheus' text format, of all workers together."""

@@ -6,16 +6,10 @@ import hashlib
 
 import orjson
 
+from app.services.fix_document import in_fault
 from app.services.phones import public_number
 from app.storage.outbox_rows import Alert
 from app.storage.session_rows import FixRow, SessionRow
-
-_FAULT = b'"flag":"fault"'
-
-
-def in_fault(fix: bytes | None) -> bool:
-    """Whether a Fix, as it was answered, is in fault; no Fix is not."""
-    return fix is not None and _FAULT in fix  # quotation marks within text are escaped, so this is no text
 
 
 def alert_of(before: SessionRow, made: FixRow, now_ms: int) -> Alert | None:

@@ -1,15 +1,24 @@
-"""A Fix as the document that phones get: exactly the fields of the contract, and never a number that is not finite."""
+"""A Fix as the document that phones get: exactly the fields of the contract, and never a number that is not finite.
+
+It is stored as it was answered; what of it is asked often is read here without parsing it.
+"""
 
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 import orjson
 
-from app.fusion.interface import Site
-from app.observations import Batch, Excluded, Fix, Flag, Integrity
+from app.fusion.fix_assembly import Walker, no_fix
+from app.fusion.interface import SessionStart, Site
+from app.observations import Batch, Carrying, Excluded, Fix, Flag, Integrity, Motion, Position
 from app.wifi.bssid import format_bssid
+
+_BEFORE_THE_FIRST = Batch(sequence=-1, end_s=None)
+_NOBODY = Walker(None, None, 0, Motion.UNKNOWN, Carrying.UNKNOWN)
+_FLAG = re.compile(rb'"flag":"([a-z]+)"')
 
 
 def fix_document(session: str, batch: Batch, fix: Fix, site: Site) -> bytes:
@@ -37,22 +46,40 @@ def fix_document(session: str, batch: Batch, fix: Fix, site: Site) -> bytes:
 
 def initial_document(session: str, alert_limit_m: float, risk: float) -> bytes:
     """What a session answers before its first batch: sequence -1, nothing known."""
-    unknown = dict.fromkeys(("position", "accuracy", "covariance", "heading", "speed"))
-    integrity = Integrity(Flag.INITIALISING, False, 0, 0, 0, None, None, None, alert_limit_m, risk)
-    return orjson.dumps(
-        {
-            "session": session,
-            "sequence": -1,
-            "t": None,
-            "dropped": 0,
-            "gap": False,
-            **unknown,
-            "steps": 0,
-            "motion": "unknown",
-            "carrying": "unknown",
-            "integrity": _integrity(integrity, positioned=False),
-        }
-    )
+    fix = no_fix(SessionStart(alert_limit_m, risk), None, _NOBODY)
+    return fix_document(session, _BEFORE_THE_FIRST, fix, Site())
+
+
+def position_document(position: Position, site: Site) -> dict[str, Any]:
+    """A place in its floor's frame and, where that has a georeference, in WGS 84.
+
+    Raises
+    ------
+    ValueError : a number is not finite.
+    """
+    x_m, y_m = _finite("x", position.x_m), _finite("y", position.y_m)
+    floor = site.floors.get(position.floor)
+    georeference = None if floor is None else floor.georeference
+    latitude, longitude = (None, None) if georeference is None else georeference.to_wgs84(x_m, y_m)
+    return {
+        "x": x_m,
+        "y": y_m,
+        "floor": position.floor,
+        "latitude": None if latitude is None else _finite("latitude", latitude),
+        "longitude": None if longitude is None else _finite("longitude", longitude),
+    }
+
+
+def flag_of(fix: bytes) -> Flag:
+    """The flag of a stored Fix. Quotation marks within text are escaped, so what reads like a flag is one."""
+    found = _FLAG.search(fix)
+    assert found is not None  # every Fix has one
+    return Flag(found[1].decode())
+
+
+def in_fault(fix: bytes | None) -> bool:
+    """Whether a stored Fix is in fault; no Fix is not."""
+    return fix is not None and flag_of(fix) is Flag.FAULT
 
 
 def _estimate(fix: Fix, site: Site) -> dict[str, Any]:
@@ -60,18 +87,8 @@ def _estimate(fix: Fix, site: Site) -> dict[str, Any]:
         return dict.fromkeys(("position", "accuracy", "covariance", "heading", "speed"))
     if fix.covariance_m2 is None:
         raise ValueError("a position without covariance")
-    x_m, y_m = _finite("x", fix.position.x_m), _finite("y", fix.position.y_m)
-    floor = site.floors.get(fix.position.floor)
-    georeference = None if floor is None else floor.georeference
-    latitude, longitude = (None, None) if georeference is None else georeference.to_wgs84(x_m, y_m)
     return {
-        "position": {
-            "x": x_m,
-            "y": y_m,
-            "floor": fix.position.floor,
-            "latitude": None if latitude is None else _finite("latitude", latitude),
-            "longitude": None if longitude is None else _finite("longitude", longitude),
-        },
+        "position": position_document(fix.position, site),
         "accuracy": _radius("accuracy", fix.accuracy_m),
         "covariance": [[_finite("covariance", value) for value in row] for row in fix.covariance_m2],
         # where a phone is may be known while where it is going is not yet

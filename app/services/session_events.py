@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import orjson
 
 from app.errors import Expired, NotFound
-from app.observations import Flag
+from app.services.fix_document import in_fault
 from app.services.tracking import Tracking
 from app.storage.session_rows import FixRow
 
@@ -36,7 +36,7 @@ async def follow(tracking: Tracking, session: str, after: int | None) -> AsyncIt
     `end`, when the session is over or erased.
     """
     with tracking.announcements.listen(session) as announced:
-        at, in_fault = await _begin(tracking, session, after)
+        at, alerted = await _begin(tracking, session, after)
         silent_s = 0.0
         while True:
             announced.clear()
@@ -47,10 +47,9 @@ async def follow(tracking: Tracking, session: str, after: int | None) -> AsyncIt
                 return
             for row in rows:
                 at = row.sequence
-                flag = _flag(row)
-                if (flag == Flag.FAULT) != in_fault:
-                    in_fault = not in_fault
-                    yield _alert(session, row, in_fault)
+                if in_fault(row.body) != alerted:
+                    alerted = not alerted
+                    yield _alert(session, row, alerted)
                 yield SessionEvent("fix", row.sequence, row.body)
             silent_s = 0.0 if rows else silent_s + LOOK_EVERY_S
             if silent_s >= KEEP_ALIVE_S:
@@ -68,20 +67,16 @@ async def _begin(tracking: Tracking, session: str, after: int | None) -> tuple[i
         return newest - 1, False
     after = min(after, newest)
     before = await tracking.track(session, after - 1, 1)
-    return after, bool(before) and before[0].sequence == after and _flag(before[0]) == Flag.FAULT
+    return after, bool(before) and before[0].sequence == after and in_fault(before[0].body)
 
 
-def _flag(row: FixRow) -> str:
-    return str(orjson.loads(row.body)["integrity"]["flag"])
-
-
-def _alert(session: str, row: FixRow, in_fault: bool) -> SessionEvent:
+def _alert(session: str, row: FixRow, raised: bool) -> SessionEvent:
     fix = orjson.loads(row.body)
     alert = {
         "session": session,
         "sequence": row.sequence,
         "t": fix["t"],
-        "alert": "raised" if in_fault else "cleared",
+        "alert": "raised" if raised else "cleared",
         "flag": fix["integrity"]["flag"],
         "excluded": fix["integrity"]["excluded"],
     }

@@ -17,7 +17,8 @@ from app.fusion.evidence_codec import Evidence, decode_evidence
 from app.fusion.interface import Method, Site
 from app.fusion.track_smoothing import KnownThen, SmoothedTrack, smoothed, usable_afterwards
 from app.fusion.walk_timeline import Moment
-from app.observations import Motion, RadioFix, Step
+from app.observations import Motion, Position, RadioFix, Step
+from app.services.fix_document import position_document
 from app.services.site_cache import SiteCache
 from app.storage.session_rows import EvidenceRow, FixRow, SessionRow, SessionRows
 
@@ -135,9 +136,6 @@ def _move(fix: dict[str, Any], track: SmoothedTrack, at: int, risk: float, site:
     walls = walls and site.space(track.floor[at]).walled
     known = KnownThen(position["x"], position["y"], integrity["protection_level"], contradicted, walls)
     x_m, y_m = track.place_m(at, known).tolist()
-    floor = site.floors.get(track.floor[at])
-    georeference = None if floor is None else floor.georeference
-    latitude, longitude = (None, None) if georeference is None else georeference.to_wgs84(x_m, y_m)
     heading_rad = float(track.heading_rad[at])
     accuracy_m, level_m = track.radii_m(at, risk, known)
     integrity["usable"] = usable_afterwards(
@@ -149,7 +147,7 @@ def _move(fix: dict[str, Any], track: SmoothedTrack, at: int, risk: float, site:
     )
     integrity["protection_level"] = level_m
     fix |= {
-        "position": {"x": x_m, "y": y_m, "floor": track.floor[at], "latitude": latitude, "longitude": longitude},
+        "position": position_document(Position(x_m, y_m, track.floor[at]), site),
         "accuracy": accuracy_m,
         "covariance": track.covariance_m2[at].tolist(),
         "heading": heading_rad if math.isfinite(heading_rad) else None,

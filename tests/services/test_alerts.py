@@ -6,7 +6,7 @@ from typing import Any
 import orjson
 import pytest
 
-from app.services.alerts import alert_of, in_fault
+from app.services.alerts import alert_of
 from app.storage.session_rows import FixRow, SessionRow
 
 SESSION = "0123456789abcdef0123456789abcdef"
@@ -51,7 +51,6 @@ def test_it_says_where_and_why_but_neither_whose_session_nor_the_coordinates() -
 
 
 def test_text_that_reads_like_a_flag_is_none() -> None:
-    assert not in_fault(fix("nominal", '"flag":"fault"'))
     assert told(None, fix("nominal", '{"flag":"fault"}')) is None
 
 

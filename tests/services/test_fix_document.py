@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from app.fusion.interface import Floor, Site
-from app.observations import Batch, Carrying, Fix, Flag, Integrity, Motion, Position
-from app.services.fix_document import fix_document, initial_document
+from app.observations import Batch, Carrying, Excluded, Fix, Flag, Integrity, Motion, Position
+from app.services.fix_document import fix_document, flag_of, in_fault, initial_document
 
 SITE = Site({"F1": Floor("F1", 0, 100.0, 60.0)})
 INTEGRITY = Integrity(Flag.NOMINAL, True, 0, 0, 0, 1.5, 29.8, 6.0, 10.0, 0.01)
@@ -46,6 +46,16 @@ def test_without_a_position_every_estimate_is_null_and_nothing_is_usable() -> No
     assert unknown["integrity"]["protection_level"] is None
     assert unknown["integrity"]["usable"] is False
     assert unknown.keys() == json.loads(initial_document("s", 10.0, 0.01)).keys()
+
+
+@pytest.mark.parametrize("flag", list(Flag))
+def test_the_flag_is_read_from_what_was_answered_whatever_its_text_says(flag: Flag) -> None:
+    excluded = (Excluded('"flag":"fault"', observation="wifi"), Excluded('{"flag":"nominal"}', bssid=1))
+    integrity = dataclasses.replace(INTEGRITY, flag=flag, excluded=excluded)
+    answered = fix_document('"flag":"coasting"', Batch(4, None), dataclasses.replace(FIX, integrity=integrity), SITE)
+    assert flag_of(answered) is flag
+    assert in_fault(answered) == (flag is Flag.FAULT)
+    assert not in_fault(None)
 
 
 @pytest.mark.parametrize(
