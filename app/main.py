@@ -69,7 +69,6 @@ from app.storage.task_rows import TaskRows
 from app.storage.venue_rows import VenueRows
 from app.storage.watch_list_rows import WatchListRows
 from app.storage.webhook_rows import WebhookRows
-from app.wifi.locate import known_bssids, locate_scan
 
 PURGE_EVERY_S = 600.0
 """How long what an expired session has left may outlive it."""
@@ -103,7 +102,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     radio_maps = RadioMaps(map_rows, survey_rows, venues, workers, server_ms)
     surveys = Surveys(survey_rows, venues, radio_maps, workers, server_ms)
     quality = Quality(ReportRows(engine), survey_rows, venues, watch_lists, map_use, workers, tasks, server_ms)
-    geolocation = Geolocation(venue_rows.revisions, sites, known_bssids, locate_scan)
+    geolocation = Geolocation(venue_rows, sites)
     delivery = WebhookDelivery(OutboxRows(engine), tracking.announcements, server_ms)
     forgetting = tracking.purge, watch_lists.forget, map_use.forget
     loopback = is_loopback(settings.host)
@@ -128,7 +127,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     given_tracking = _given(tracking)
     for router in (
         sessions_router(given_tracking, position, settings.batch_limit_bytes),
-        events_router(given_tracking, position, position),
+        events_router(given_tracking, position),
         geolocate_router(_given(geolocation), QueryGate(access, Scope.POSITION)),
         venues_router(_given(venues), anyone, admin),
         surveys_router(_given(surveys), _given(tasks), Gate(access, *surveying), settings.survey_limit_bytes),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,6 @@ from app.wifi.bssid import parse_bssid
 RSSI_LIMITS_DBM = (-127.0, 20.0)
 LONGEST_BSSID = 17
 LONGEST_BEACON_ID = 128
-_parse_known = lru_cache(maxsize=65_536)(parse_bssid)  # a phone hears the same access points for hours
 
 
 def wifi_scans(
@@ -72,7 +70,7 @@ def _bssid_of(sent: object) -> int | None:
     if not isinstance(sent, str) or len(sent) > LONGEST_BSSID:
         return None
     try:
-        return _parse_known(sent)
+        return parse_bssid(sent)
     except ValueError:
         return None
 

@@ -27,15 +27,13 @@ class TicketBody(BaseModel):
     expires: int
 
 
-def events_router(
-    tracking: Callable[..., Any], position: Callable[..., Any], authorise: Callable[[Request], Awaitable[Any]]
-) -> APIRouter:
+def events_router(tracking: Callable[..., Any], position: Callable[[Request], Awaitable[Any]]) -> APIRouter:
     """The endpoints of events.
 
     Parameters
     ----------
-    tracking : dependency that gives the Tracking.  position : dependency that lets only scope `position` pass.
-    authorise : the same as a function of the request, asked where there is no ticket.
+    tracking : dependency that gives the Tracking.  position : dependency that lets only scope `position` pass; asked
+    as a function of the request, too, where there is no ticket.
     """
     router = APIRouter(prefix="/v1/sessions", tags=["phones"])
 
@@ -66,7 +64,7 @@ def events_router(
         newest Fix, or after `Last-Event-ID`.
         """
         if ticket is None:
-            await authorise(request)
+            await position(request)
             await service.live(session)
         else:
             await service.admit(session, ticket)

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
-from app.estimation.arrays import IntArray
 from app.observations import WifiScan
 from app.services.site_cache import SiteCache
-from app.wifi.locate import ScanPosition
-from app.wifi.radio_map import RadioMap
+from app.storage.venue_rows import VenueRows
+from app.wifi.locate import locate_scan
 
 FEWEST = 2
 """Access points that a venue must know of a scan: one alone can be anywhere, or carried away."""
@@ -27,24 +23,11 @@ class Place:
 
 
 class Geolocation:
-    """Finds the venue that knows most of a scan's access points, and the place in it.
+    """Finds the venue that knows most of a scan's access points, and the place in it."""
 
-    Parameters
-    ----------
-    venues : gives every venue with its revision.  known : the access points of a radio map.  locate : the matcher.
-    """
-
-    def __init__(
-        self,
-        venues: Callable[[], Awaitable[Sequence[tuple[str, int]]]],
-        sites: SiteCache,
-        known: Callable[[RadioMap], IntArray],
-        locate: Callable[[RadioMap, WifiScan], ScanPosition | None],
-    ) -> None:
+    def __init__(self, venues: VenueRows, sites: SiteCache) -> None:
         self._venues = venues
         self._sites = sites
-        self._known = known
-        self._locate = locate
         self._index: dict[str, tuple[int, frozenset[int]]] = {}
 
     async def place(self, scan: WifiScan) -> Place | None:
@@ -57,7 +40,7 @@ class Geolocation:
         heard = set(scan.bssid.tolist())
         if len(heard) < FEWEST:
             return None
-        venues = await self._venues()
+        venues = await self._venues.revisions()
         shared = {venue: len(heard & await self._known_in(venue, revision)) for venue, revision in venues}
         self._index = {venue: held for venue, held in self._index.items() if venue in shared}
         for venue, revision in sorted(venues, key=lambda one: -shared[one[0]]):
@@ -72,13 +55,13 @@ class Geolocation:
         held = self._index.get(venue)
         if held is None or held[0] != revision:
             site = await self._sites.site(venue, revision)
-            known = np.empty(0, np.int64) if site.radio_map is None else self._known(site.radio_map)
-            held = self._index[venue] = (revision, frozenset(known.tolist()))
+            known = frozenset[int]() if site.radio_map is None else frozenset(site.radio_map.bssid.tolist())
+            held = self._index[venue] = (revision, known)
         return held[1]
 
     async def _place_in(self, venue: str, revision: int, scan: WifiScan) -> Place | None:
         site = await self._sites.site(venue, revision)
-        located = None if site.radio_map is None else self._locate(site.radio_map, scan)
+        located = None if site.radio_map is None else locate_scan(site.radio_map, scan)
         if located is None:
             return None
         floor = site.floors.get(located.position.floor)

@@ -68,8 +68,8 @@ class FloorFindings:
     """What was found on one floor.
 
     features : the plan's polygons, none where it cannot be placed.  survey_xy_m : (n, 2).  cells : of the errors.
-    missing : cells of raster_m that count and are not covered.  alike : (k, 2) pairs of points of all_xy_m with an end
-    on this floor.  described : the floor's part of the report.
+    missing : cells of raster_m that count and are not covered.  alike : (k, 2) pairs of the points of
+    Findings.point_xy_m with an end on this floor.  described : the floor's part of the report.
     """
 
     place: ReportFloor
@@ -98,8 +98,7 @@ def made_report(spool: Path, radio_map: bytes, floors: Sequence[ReportFloor]) ->
     from app.services.quality_picture import picture_of  # only the process that draws loads what it takes
 
     with spool.open("rb") as stream:
-        # the report is about WiFi
-        fingerprints, _ = parted([fingerprint_of(row) for row in read_rows(stream)])
+        fingerprints = [fingerprint_of(row) for row in read_rows(stream)]
     findings = examined(fingerprints, decode_radio_map(radio_map), floors)
     picture, canvases = picture_of(findings)
     described = {**findings.described, "canvases": canvases}
@@ -108,7 +107,7 @@ def made_report(spool: Path, radio_map: bytes, floors: Sequence[ReportFloor]) ->
 
 def examined(fingerprints: Sequence[Fingerprint], radio_map: RadioMap, floors: Sequence[ReportFloor]) -> Findings:
     """Everything that a survey and its radio map say about themselves. What was heard of beacons is left out."""
-    fingerprints, _ = parted(fingerprints)
+    fingerprints, _ = parted(fingerprints)  # the report is about WiFi
     left_out = left_out_scans(fingerprints)
     level_m = single_fix_levels_m(radio_map, left_out.match, RISK)
     learnt_from = calibration_of(radio_map).walks

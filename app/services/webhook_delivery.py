@@ -109,10 +109,6 @@ class WebhookDelivery:
             task.add_done_callback(self._tasks.discard)
         return len(claimed)
 
-    async def settled(self) -> None:
-        """Wait for the deliveries that have begun."""
-        await asyncio.gather(*self._tasks)
-
     async def _deliver(self, delivery: Delivery) -> None:
         try:
             await self._settle(delivery, await self._post(delivery))

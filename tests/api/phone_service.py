@@ -86,7 +86,7 @@ def wire(
     app = FastAPI(lifespan=lifespan)
     install_problems(app)
     app.include_router(sessions_router(lambda: tracking, authorise, LIMIT_BYTES))
-    app.include_router(events_router(lambda: tracking, authorise, authorise))
+    app.include_router(events_router(lambda: tracking, authorise))
     return Wired(app, tracking, rows, engine, hot, clock_ms, loads)
 
 

@@ -40,19 +40,24 @@ SITES = {
 }
 
 
+class Venues:
+    """The rows of those venues, as far as they are asked."""
+
+    async def revisions(self) -> list[tuple[str, int]]:
+        return [(venue, 1) for venue in SITES]
+
+
 def located(radio_map: Any, scan: WifiScan) -> ScanPosition:
     return ScanPosition(Position(0.0, float(scan.bssid.size), radio_map.floor), 3.5)
 
 
 @pytest.fixture
-def client() -> TestClient:
+def client(monkeypatch: pytest.MonkeyPatch) -> TestClient:
     async def load(venue: str) -> SiteRevision:
         return SiteRevision(1, SITES[venue])
 
-    async def venues() -> list[tuple[str, int]]:
-        return [(venue, 1) for venue in SITES]
-
-    service = Geolocation(venues, SiteCache(load), lambda radio_map: radio_map.bssid, located)
+    monkeypatch.setattr("app.services.geolocation.locate_scan", located)
+    service = Geolocation(Venues(), SiteCache(load))  # type: ignore[arg-type]
     app = FastAPI()
     app.include_router(geolocate_router(lambda: service, lambda: None))
     return TestClient(app, raise_server_exceptions=False)
