@@ -10,7 +10,7 @@ IDENTIFIER = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 
 
 def is_identifier(text: str) -> bool:
-    """Whether a venue or floor can be called that; a database need not be asked for what cannot."""
+    """Whether a venue or floor can be called that. What cannot is not asked for: PostgreSQL fails over a NUL."""
     return IDENTIFIER.fullmatch(text) is not None
 
 

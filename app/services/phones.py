@@ -12,7 +12,7 @@ from typing import Any
 
 import orjson
 
-from app.services.identifiers import no_venue
+from app.services.identifiers import is_identifier, no_venue
 from app.storage.phone_rows import PhoneRow, PhoneRows
 
 LIVE_MS = 60_000
@@ -40,7 +40,7 @@ class Phones:
         DependencyDown : the database cannot be reached.
         """
         now_ms = self._now_ms()
-        rows = await self._rows.newest(venue, now_ms - LIVE_MS)
+        rows = await self._rows.newest(venue, now_ms - LIVE_MS) if is_identifier(venue) else None
         if rows is None:
             raise no_venue(venue)
         return sorted((_phone(row, now_ms) for row in rows), key=lambda phone: str(phone["phone"]))

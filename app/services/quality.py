@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import orjson
 
-from app.services.identifiers import no_version
+from app.services.identifiers import is_identifier, no_version
 from app.services.map_drift import described_drift
 from app.services.map_use import MapUse
 from app.services.quality_report import ReportFloor, made_report
@@ -81,6 +81,8 @@ class Quality:
         NotFound : there is no such version.
         DependencyDown : the database cannot be reached.
         """
+        if not is_identifier(venue):
+            raise no_version(venue, version)
         stored = await self._rows.read(venue, version)
         if stored is None:
             return await self._begin(venue, version)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import re
 import secrets
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
@@ -19,6 +20,8 @@ HEARTBEAT_S = 20.0
 LOST_MS = 90_000
 """A task whose worker has been silent for longer has died with it."""
 KEPT_MS = 7 * 86_400_000
+_TASK = re.compile(r"[A-Za-z0-9_-]{22}")
+"""As secrets.token_urlsafe(16) makes them."""
 _log = logging.getLogger(__name__)
 
 
@@ -75,7 +78,7 @@ class Tasks:
 
     async def state(self, task: str) -> TaskState:
         """How a task stands. Raises NotFound for one that never was, or ended a week ago."""
-        row = await self._rows.read(task)
+        row = await self._rows.read(task) if _TASK.fullmatch(task) else None
         if row is None:
             raise NotFound("there is no such task")
         status = TaskStatus(row.status)

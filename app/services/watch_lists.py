@@ -16,7 +16,7 @@ from enum import StrEnum
 from app.errors import DependencyDown, InvalidInput, NotFound
 from app.fusion.interface import Site
 from app.observations import Excluded, Fix
-from app.services.identifiers import no_version
+from app.services.identifiers import is_identifier, no_version
 from app.storage.watch_list_rows import WatchedRow, WatchListRows
 from app.wifi.bssid import parse_bssid
 
@@ -69,7 +69,7 @@ class WatchLists:
         ------
         NotFound : there is no such version.
         """
-        rows = await self._rows.listed(venue, version)
+        rows = await self._rows.listed(venue, version) if is_identifier(venue) else None
         if rows is None:
             raise no_version(venue, version)
         return [WatchedAccessPoint(row, self._state(row)) for row in rows]
@@ -86,6 +86,8 @@ class WatchLists:
             number = parse_bssid(bssid)
         except ValueError as error:
             raise InvalidInput(str(error), "bssid") from error
+        if not is_identifier(venue):
+            raise no_version(venue, version)
         added = await self._rows.add(venue, version, number, reason, self._now_ms())
         if added is None:
             raise no_version(venue, version)
@@ -99,7 +101,8 @@ class WatchLists:
         NotFound : there is no such version, or the access point is not watched.
         """
         try:
-            removed = await self._rows.remove(venue, version, parse_bssid(bssid), self._now_ms())
+            number = parse_bssid(bssid)
+            removed = is_identifier(venue) and await self._rows.remove(venue, version, number, self._now_ms())
         except ValueError:
             removed = False
         if not removed:

@@ -213,11 +213,13 @@ def test_storing_a_large_survey_takes_no_memory_to_speak_of(tmp_path: Path) -> N
 
 
 def test_a_task_whose_worker_is_gone_is_told_as_failed(tmp_path: Path, workers: WorkerProcesses) -> None:
+    lost = 22 * "x"
+
     async def use(wired: Wired) -> None:
-        await TaskRows(wired.engine).add(TaskRow("lost", "running", CLOCK_MS, CLOCK_MS, None), 0)
-        assert (await wired.tasks.state("lost")).status is TaskStatus.RUNNING
+        await TaskRows(wired.engine).add(TaskRow(lost, "running", CLOCK_MS, CLOCK_MS, None), 0)
+        assert (await wired.tasks.state(lost)).status is TaskStatus.RUNNING
         wired.clock_ms[0] = CLOCK_MS + LOST_MS + 1
-        state = await wired.tasks.state("lost")
+        state = await wired.tasks.state(lost)
         assert (state.status, state.outcome) == (TaskStatus.FAILED, None)
         assert 1000 * HEARTBEAT_S * 3 < LOST_MS
 
