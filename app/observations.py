@@ -57,12 +57,11 @@ class WifiScan:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BluetoothScan:
-    """One Bluetooth scan: identifiers, RSSI and transmit power (NaN where not sent), all of length n."""
+    """One Bluetooth scan: identifiers and RSSI, both of length n."""
 
     time_s: float
     beacon: tuple[str, ...]
     rssi_dbm: FloatArray
-    tx_power_dbm: FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -89,13 +89,11 @@ def bluetooth_scans(
     for time_s, readings in zip(times_s("bluetooth", times_ms, "[{}].t").tolist(), scans, strict=True):
         usable = [r for r in readings if low <= r["rssi"] <= high and _is_beacon_id(r.get("id"))]
         dropped += len(readings) - len(usable)
-        power = [np.nan if (tx := r.get("tx_power")) is None else tx for r in usable]
         made.append(
             BluetoothScan(
                 time_s=time_s,
                 beacon=tuple(r["id"] for r in usable),
                 rssi_dbm=np.array([r["rssi"] for r in usable], dtype=np.float64),
-                tx_power_dbm=np.array(power, dtype=np.float64),
             )
         )
     return tuple(made), dropped

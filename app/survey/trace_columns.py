@@ -21,7 +21,7 @@ class BeaconRecords:
 
     def __init__(self) -> None:
         self._number: dict[str, int] = {}
-        self._readings = array("d")  # time_ms, number of the beacon, rssi_dbm, tx_power_dbm
+        self._readings = array("d")  # time_ms, number of the beacon, rssi_dbm
 
     def read(self, cells: list[bytes]) -> None:
         """Take a record `time, type, uuid, major, minor, tx_power, rssi, distance, address, ...`.
@@ -39,11 +39,11 @@ class BeaconRecords:
             if len(self._number) >= MOST_BEACONS:
                 raise ValueError(f"more than {MOST_BEACONS} beacons in one walk")
             number = self._number[beacon] = len(self._number)
-        self._readings.extend((time_ms, number, rssi_dbm, tx_power_dbm))
+        self._readings.extend((time_ms, number, rssi_dbm))
 
     def scans(self) -> tuple[BluetoothScan, ...]:
         """What was heard within LISTENING_S of its first reading, as a scan delivered with its last one."""
-        rows, names = table(self._readings), tuple(self._number)
+        rows, names = table(self._readings, 3), tuple(self._number)
         rows = rows[np.argsort(rows[:, 0], kind="stable")]
         time_s, found, begin = rows[:, 0] / 1000.0, [], 0
         while begin < len(rows):
@@ -54,7 +54,6 @@ class BeaconRecords:
                     time_s=float(time_s[end - 1]),
                     beacon=tuple(names[int(number)] for number in heard[:, 1]),
                     rssi_dbm=heard[:, 2].copy(),
-                    tx_power_dbm=heard[:, 3].copy(),
                 )
             )
             begin = end
@@ -77,9 +76,9 @@ def beacon_id(cells: list[bytes]) -> str:
     return ":".join(parts).lower()
 
 
-def table(rows: array[float]) -> FloatArray:
-    """(n, 4) of packed rows of four."""
-    return np.frombuffer(rows, dtype=np.float64).reshape(-1, 4)
+def table(rows: array[float], columns: int = 4) -> FloatArray:
+    """(n, columns) of packed rows."""
+    return np.frombuffer(rows, dtype=np.float64).reshape(-1, columns)
 
 
 def wifi_scans(readings: FloatArray) -> tuple[WifiScan, ...]:

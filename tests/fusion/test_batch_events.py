@@ -27,7 +27,7 @@ def test_scans_come_in_order_and_the_end_last() -> None:
 
 
 def test_beacons_are_events_of_their_own_for_whoever_asks_for_them() -> None:
-    batch = Batch(0, 20.0, wifi=(scan(12.0),), bluetooth=(BluetoothScan(11.0, (), NOTHING, NOTHING),))
+    batch = Batch(0, 20.0, wifi=(scan(12.0),), bluetooth=(BluetoothScan(11.0, (), NOTHING),))
     assert [event.time_s for event in events(initial_pdr_state(), 10.0, batch)] == [12.0, 20.0]
     found = list(events(initial_pdr_state(), 10.0, batch, bluetooth=True))
     assert [event.time_s for event in found] == [11.0, 12.0, 20.0]
@@ -52,7 +52,7 @@ def test_an_empty_batch_ends_where_the_session_was() -> None:
 def test_a_batch_that_names_no_end_ends_with_its_newest_sample(stream: str) -> None:
     content = {
         "wifi": (scan(7.0),),
-        "bluetooth": (BluetoothScan(7.0, (), NOTHING, NOTHING),),
+        "bluetooth": (BluetoothScan(7.0, (), NOTHING),),
         "barometer": PressureSamples(np.array([6.0, 7.0]), np.array([1000.0, 1000.0])),
     }
     batch = replace(Batch(0, None), **{stream: content[stream]})  # type: ignore[arg-type]

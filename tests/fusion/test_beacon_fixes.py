@@ -36,7 +36,7 @@ def beaconed(batch: Batch) -> Batch:
 def as_beacons(scan: WifiScan) -> BluetoothScan:
     fresh = np.flatnonzero(scan.seen_s >= scan.time_s - 3.0)
     heard = tuple(of_bssid(bssid) for bssid in scan.bssid[fresh].tolist())
-    return BluetoothScan(scan.time_s, heard, scan.rssi_dbm[fresh], np.full(len(fresh), np.nan))
+    return BluetoothScan(scan.time_s, heard, scan.rssi_dbm[fresh])
 
 
 @lru_cache
@@ -154,7 +154,7 @@ def test_readings_that_come_one_by_one_are_told_together_and_none_twice(heard: l
     for pause_s, minor in heard:
         now_s += pause_s
         waiting = [one for one in waiting if one[0] >= now_s - KEPT_S] + [(now_s, beacon_key(f"a:1:{minor}"))]
-        scan = BluetoothScan(now_s, (f"a:1:{minor}",), np.array([-60.0]), np.array([np.nan]))
+        scan = BluetoothScan(now_s, (f"a:1:{minor}",), np.array([-60.0]))
         ear, told = listened(ear, scan, now_s)
         if told is not None:
             assert told[0].tolist() == sorted({key for _, key in waiting})
@@ -169,12 +169,12 @@ def test_a_phone_that_floods_its_session_with_beacons_is_kept_to_a_bound(scans: 
     many = tuple(f"a:{number}" for number in range(2000))
     ear = replace(BeaconEar(), fixed_s=100.0)
     for number in range(scans):
-        scan = BluetoothScan(100.1 + 0.1 * number, many, np.full(2000, -60.0), np.full(2000, np.nan))
+        scan = BluetoothScan(100.1 + 0.1 * number, many, np.full(2000, -60.0))
         ear, told = listened(ear, scan, scan.time_s)
         assert told is None
     assert len(ear.key) == len(ear.time_s) == len(ear.rssi_dbm) == MOST_KEPT
 
 
 def test_a_scan_without_a_reading_is_no_fix() -> None:
-    ear, told = listened(BeaconEar(), BluetoothScan(5.0, (), np.empty(0), np.empty(0)), 5.0)
+    ear, told = listened(BeaconEar(), BluetoothScan(5.0, (), np.empty(0)), 5.0)
     assert told is None and ear.fixed_s is None

@@ -62,7 +62,7 @@ def test_beacons_heard_within_two_seconds_are_one_scan_delivered_with_the_last()
     assert (first.time_s, second.time_s) == ((START_MS + 1999) / 1000, (START_MS + 2001) / 1000)
     assert first.beacon == (f"{UUID}:7:1".lower(), f"{UUID}:7:1".lower(), f"{UUID}:7:2".lower())
     assert first.rssi_dbm.tolist() == [-61, -61, -62]
-    assert second.tx_power_dbm.tolist() == [-56]
+    assert second.rssi_dbm.tolist() == [-63]
 
 
 def test_beacons_that_nobody_numbered_are_told_apart_by_their_address() -> None:
