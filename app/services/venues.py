@@ -131,7 +131,8 @@ class Venues:
         TooLarge : more pixels than can be shown.
         """
         await asyncio.to_thread(png_size, body)
-        if not is_identifier(venue) or not await self._rows.put_image(venue, floor, body):
+        known = is_identifier(venue) and is_identifier(floor)
+        if not known or not await self._rows.put_image(venue, floor, body):
             raise NotFound(f"there is no floor {floor[:64]!r} of a venue {venue[:64]!r}")
 
     async def image(self, venue: str, floor: str) -> bytes:

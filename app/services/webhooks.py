@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import re
 import secrets
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,6 +18,8 @@ MOST = 20
 LONGEST_URL = 2000
 SECRET_PREFIX = "whsec_"
 _SECRET_BYTES = 32
+_WEBHOOK = re.compile(r"[0-9a-f]{32}")
+"""As secrets.token_hex(16) makes them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +68,8 @@ class Webhooks:
 
     async def remove(self, venue: str, webhook: str) -> None:
         """Remove one; what was on its way to it is not sent any more. Raises NotFound where there is none, too."""
-        if not await self._rows.remove(await self._venues.key(venue), webhook):
+        key = await self._venues.key(venue)
+        if not _WEBHOOK.fullmatch(webhook) or not await self._rows.remove(key, webhook):
             raise NotFound(f"venue {venue[:64]!r} has no webhook {webhook[:32]!r}")
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterator
 
 import pytest
 from fastapi.testclient import TestClient
+from PIL import Image
 
 from app.main import create_app
 from app.settings import Settings
@@ -26,6 +28,7 @@ def client() -> Iterator[TestClient]:
         database = server.new_database()
         migrate(database)
         with TestClient(create_app(Settings(database=database)), LOOPBACK, raise_server_exceptions=False) as made:
+            made.post("/v1/venues", json={"venue": "mall"})
             yield made
     finally:
         server.remove()
@@ -45,6 +48,9 @@ def client() -> Iterator[TestClient]:
         ("POST", f"{VENUE}/radio-maps/1/watch-list", WATCHED),
         ("DELETE", f"{VENUE}/radio-maps/1/watch-list/{WATCHED['bssid']}", None),
         ("GET", f"{VENUE}/webhooks", None),
+        ("GET", "/v1/venues/mall/floors/a%00b", None),
+        ("DELETE", "/v1/venues/mall/webhooks/a%00b", None),
+        ("DELETE", "/v1/venues/mall/radio-maps/1/watch-list/a%00b", None),
         ("GET", "/v1/sessions/a%00b/fix", None),
         ("GET", "/v1/tasks/a%00b", None),
     ],
@@ -53,3 +59,10 @@ def test_a_name_with_a_nul_is_not_found(
     client: TestClient, method: str, path: str, sent: dict[str, object] | None
 ) -> None:
     problem(client.request(method, path, json=sent), 404)
+
+
+def test_an_image_of_a_floor_with_a_nul_is_not_taken(client: TestClient) -> None:
+    picture = io.BytesIO()
+    Image.new("RGB", (4, 4)).save(picture, "PNG")
+    headers = {"Content-Type": "image/png"}
+    problem(client.put("/v1/venues/mall/floors/a%00b/image", content=picture.getvalue(), headers=headers), 404)
