@@ -106,8 +106,7 @@ def timeline(evidence: Sequence[Step | RadioFix], moments: Sequence[Moment]) -> 
 def _stepped(steps: Sequence[Step]) -> list[Link]:
     """A link a step. Of a gyroscope that is doubted neither turns nor headings are believed, nor what it said in the
     time that it took to doubt it."""
-    _, ledby = led(TurnRecord(), steps, turns=True)
-    doubts_s = [one.step.time_s for one in ledby if one.doubted]
+    doubts_s = [one.step.time_s for one in led(TurnRecord(), steps, turns=True)[1] if one.doubted]
     links, before_s = list[Link](), -math.inf
     for step in steps:
         north, next_doubt = step.absolute, bisect.bisect_left(doubts_s, step.time_s)
