@@ -182,7 +182,13 @@ BAD_UPLOADS: dict[str, tuple[bytes | str, str, dict[str, str], int, str | None]]
     "binary garbage as a CSV": (bytes(range(256)) * 99, "text/csv", {}, 422, "floor"),
     "no JSON": (b"{", "application/json", {}, 422, None),
     "binary garbage as JSON": (bytes(range(256)) * 99, "application/json", {}, 422, None),
-    "NaN in JSON": (json.dumps({**JSON, "fingerprints": [{"x": float("nan")}]}), "application/json", {}, 422, "fingerprints[0]"),
+    "NaN in JSON": (
+        json.dumps({**JSON, "fingerprints": [{"x": float("nan")}]}),
+        "application/json",
+        {},
+        422,
+        "fingerprints[0]",
+    ),
     "an unknown member": (json.dumps({**JSON, "colour": 1}), "application/json", {}, 422, "colour"),
     "no fingerprint": (json.dumps({**JSON, "fingerprints": []}), "application/json", {}, 422, "fingerprints"),
     "a fingerprint off the floor": (
