@@ -43,6 +43,7 @@ from app.services.phones import Phones
 from app.services.quality import Quality
 from app.services.radio_maps import RadioMaps
 from app.services.server_clock import server_ms
+from app.services.session_news import SessionNews
 from app.services.site_cache import SiteCache
 from app.services.site_reading import SiteReader
 from app.services.surveys import Surveys
@@ -90,19 +91,20 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     engine = connect(settings.database)
     hot = hot_states(settings.sessions, decode_state, settings.session_hours * 3600.0)
     venue_rows, map_rows, survey_rows = VenueRows(engine), RadioMapRows(engine), SurveyRows(engine)
-    watch_rows = WatchListRows(engine)
+    session_rows, watch_rows = SessionRows(engine), WatchListRows(engine)
     sites = SiteCache(SiteReader(venue_rows, map_rows, watch_rows).read)
     watch_lists = WatchLists(watch_rows, server_ms, settings.watch_sessions, settings.watch_hours)
     metrics = Metrics()
     map_use = MapUse(MapUseRows(engine), server_ms, metrics.resurvey)
     listeners = watch_lists.heard, map_use.heard
-    tracking = Tracking(SessionRows(engine), hot, sites, METHODS, settings.session_hours, server_ms, listeners)
+    tracking = Tracking(session_rows, hot, sites, METHODS, settings.session_hours, server_ms, listeners)
     workers, tasks = WorkerProcesses(), Tasks(TaskRows(engine), server_ms, problem_document)
     venues = Venues(venue_rows, server_ms)
     radio_maps = RadioMaps(map_rows, survey_rows, venues, workers, server_ms)
     surveys = Surveys(survey_rows, venues, radio_maps, workers, server_ms)
     quality = Quality(ReportRows(engine), survey_rows, venues, watch_lists, map_use, workers, tasks, server_ms)
     geolocation = Geolocation(venue_rows, sites)
+    news = SessionNews(session_rows, tracking.announcements, server_ms)
     delivery = WebhookDelivery(OutboxRows(engine), tracking.announcements, server_ms)
     forgetting = tracking.purge, watch_lists.forget, map_use.forget
     loopback = is_loopback(settings.host)
@@ -110,10 +112,11 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         title="Surefix",
         version=version("surefix"),
         description="Indoor positioning that says when not to trust it.",
+        redirect_slashes=False,  # a redirect is no problem document, and loses the body
         docs_url=None,  # app/api/docs.py, which needs no internet
         redoc_url=None,
         lifespan=_lifespan(
-            (partial(_purge_now_and_then, *forgetting), map_use.run, delivery.run),
+            (partial(_purge_now_and_then, *forgetting), map_use.run, news.run, delivery.run),
             (map_use.close, tasks.close, workers.close, hot.close, engine.dispose),
         ),
     )

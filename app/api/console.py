@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import zlib
+from collections.abc import Mapping
 from pathlib import Path
 
-from fastapi import APIRouter
-from fastapi.responses import FileResponse
+from fastapi import APIRouter, Request, Response
 
 from app.errors import NotFound
 
@@ -25,20 +26,26 @@ HEADERS = {
 router = APIRouter(include_in_schema=False)
 
 
+def served(request: Request, path: Path, media_type: str, headers: Mapping[str, str] = HEADERS) -> Response:
+    """A file, whole: ranges of it are not served, which every client must expect; 304 to who has it already."""
+    content = path.read_bytes()
+    tag = f'"{zlib.crc32(content):08x}-{len(content):x}"'
+    headers = {**headers, "ETag": tag}
+    if request.headers.get("if-none-match") == tag:
+        return Response(status_code=304, headers=headers)
+    return Response(content, media_type=media_type, headers=headers)
+
+
+@router.head("/")
 @router.get("/")
-async def page() -> FileResponse:
+async def page(request: Request) -> Response:
     """The console."""
-    return _served("index.html")
+    return await asset(request, "index.html")
 
 
 @router.get("/console/{name}")
-async def asset(name: str) -> FileResponse:
+async def asset(request: Request, name: str) -> Response:
     """One of the page's files."""
     if name not in FILES:
         raise NotFound(f"the console has no file {name!r}")
-    return _served(name)
-
-
-def _served(name: str) -> FileResponse:
-    path = FILES[name]
-    return FileResponse(path, media_type=MEDIA_TYPES[path.suffix], headers=HEADERS)
+    return served(request, FILES[name], MEDIA_TYPES[FILES[name].suffix])

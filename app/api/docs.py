@@ -5,10 +5,9 @@ from __future__ import annotations
 from importlib.resources import files
 from pathlib import Path
 
-from fastapi import APIRouter
-from fastapi.responses import FileResponse
+from fastapi import APIRouter, Request, Response
 
-from app.api.console import FILES, HEADERS
+from app.api.console import FILES, HEADERS, served
 from app.errors import NotFound
 
 ASSETS = {"swagger-ui.css": "text/css", "swagger-ui-bundle.js": "text/javascript"}
@@ -20,16 +19,14 @@ router = APIRouter(include_in_schema=False)
 
 
 @router.get("/docs")
-async def page() -> FileResponse:
+async def page(request: Request) -> Response:
     """The page; what it describes is `/openapi.json`."""
-    return FileResponse(
-        FILES["docs.html"], media_type="text/html", headers={**HEADERS, "Content-Security-Policy": POLICY}
-    )
+    return served(request, FILES["docs.html"], "text/html", {**HEADERS, "Content-Security-Policy": POLICY})
 
 
 @router.get("/docs/{name}")
-async def asset(name: str) -> FileResponse:
+async def asset(request: Request, name: str) -> Response:
     """One of Swagger UI's files."""
     if name not in ASSETS:
         raise NotFound(f"the API page has no file {name[:64]!r}")
-    return FileResponse(FOLDER / name, media_type=ASSETS[name], headers=HEADERS)
+    return served(request, FOLDER / name, ASSETS[name])

@@ -10,10 +10,13 @@ from fastapi.responses import StreamingResponse
 from pydantic import BaseModel
 
 from app.api.batch_body import LARGEST_SEQUENCE
+from app.errors import Conflict
 from app.services.session_events import SessionEvent, follow
 from app.services.tracking import Tracking
 
 RECONNECT_MS = 2000
+MOST_LISTENERS = 32
+"""To one session, of one worker: each reads every Fix by itself."""
 HEADERS = {"Cache-Control": "no-cache", "X-Accel-Buffering": "no"}
 _ALLOWED_EVENTS: dict[int | str, dict[str, Any]] = {
     200: {"content": {"text/event-stream": {"schema": {"type": "string"}}}}
@@ -68,6 +71,8 @@ def events_router(tracking: Callable[..., Any], position: Callable[[Request], Aw
             await service.live(session)
         else:
             await service.admit(session, ticket)
+        if service.announcements.listeners(session) >= MOST_LISTENERS:
+            raise Conflict(f"{MOST_LISTENERS} listeners hear this session already; close one first")
         return StreamingResponse(
             _stream(follow(service, session, _sequence(last_event_id))), media_type="text/event-stream", headers=HEADERS
         )

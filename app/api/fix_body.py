@@ -33,7 +33,7 @@ class IntegrityBody(BaseModel):
     """Whether the position can be trusted."""
 
     flag: Flag
-    usable: Annotated[bool, Field(description="no fault, and protection_level <= alert_limit")]
+    usable: Annotated[bool, Field(description="no fault, the floor certain, and protection_level <= alert_limit")]
     if1: int
     if2: int
     if3: int

@@ -29,11 +29,13 @@ def operation_router(metrics: Metrics, ready: Callable[[], Awaitable[None]], rea
     """
     router = APIRouter(tags=["operation"])
 
+    @router.head("/healthz", include_in_schema=False)
     @router.get("/healthz", response_model=StatusAnswer, summary="Is the process alive")
     async def healthz() -> StatusAnswer:
         """Asks no store: a process that answers need not be restarted."""
         return StatusAnswer(status="ok")
 
+    @router.head("/readyz", include_in_schema=False)
     @router.get("/readyz", response_model=StatusAnswer, summary="Can it serve")
     async def readyz() -> StatusAnswer:
         """503 while the database or the session store cannot be reached, or the database is not migrated."""

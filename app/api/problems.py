@@ -105,7 +105,7 @@ async def _answer_error(request: Request, error: Exception) -> Response:
             headers = {"WWW-Authenticate": 'Bearer realm="surefix", error="insufficient_scope"'}
         case DependencyDown(retry_after_s=seconds):
             headers = {"Retry-After": str(seconds)}
-            _log.warning("%s %s: %s", request.method, request.url.path, error)
+            _log.warning("%s %s: %s", request.method, _route(request), error)
     return _document(problem, str(error), members, headers)
 
 
@@ -130,8 +130,13 @@ async def _answer_http(request: Request, error: Exception) -> Response:
 
 async def _answer_defect(request: Request, error: Exception) -> Response:
     """Nothing of the inside leaves. Starlette raises the error again afterwards, so the server logs its trace."""
-    _log.error("%s %s failed: %s", request.method, request.url.path, type(error).__name__)
+    _log.error("%s %s failed: %s", request.method, _route(request), type(error).__name__)
     return _document(DEFECT, DEFECT_DETAIL)
+
+
+def _route(request: Request) -> str:
+    """The path without what was filled in: the id of a session is its phone's secret."""
+    return str(getattr(request.scope.get("route"), "path", "(no route)"))
 
 
 def _finding(found: Mapping[str, Any]) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Word inside one process that a session has something new. Other workers' news is found by looking in the database."""
+"""Word inside one process that a session has something new. Other workers' news: app/services/session_news.py."""
 
 from __future__ import annotations
 
@@ -15,6 +15,14 @@ class Announcements:
 
     def __init__(self) -> None:
         self._waiting: dict[str, set[asyncio.Event]] = {}
+
+    def sessions(self) -> list[str]:
+        """Those that somebody listens to."""
+        return [session for session in self._waiting if session != ALERTS]
+
+    def listeners(self, session: str) -> int:
+        """How many listen to one."""
+        return len(self._waiting.get(session, ()))
 
     def announce(self, session: str) -> None:
         """Wake everyone who listens to that session."""

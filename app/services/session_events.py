@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator
-from contextlib import suppress
 from dataclasses import dataclass
 
 import orjson
@@ -14,8 +13,6 @@ from app.services.fix_document import in_fault
 from app.services.tracking import Tracking
 from app.storage.session_rows import FixRow
 
-LOOK_EVERY_S = 1.0
-"""Fixes that another worker made are found after so long."""
 KEEP_ALIVE_S = 15.0
 PAGE = 200
 
@@ -37,7 +34,6 @@ async def follow(tracking: Tracking, session: str, after: int | None) -> AsyncIt
     """
     with tracking.announcements.listen(session) as announced:
         at, alerted = await _begin(tracking, session, after)
-        silent_s = 0.0
         while True:
             announced.clear()
             try:
@@ -51,13 +47,11 @@ async def follow(tracking: Tracking, session: str, after: int | None) -> AsyncIt
                     alerted = not alerted
                     yield _alert(session, row, alerted)
                 yield SessionEvent("fix", row.sequence, row.body)
-            silent_s = 0.0 if rows else silent_s + LOOK_EVERY_S
-            if silent_s >= KEEP_ALIVE_S:
-                silent_s = 0.0
-                yield None
-            if len(rows) < PAGE:
-                with suppress(TimeoutError):
-                    await asyncio.wait_for(announced.wait(), LOOK_EVERY_S)
+            while len(rows) < PAGE and not announced.is_set():
+                try:
+                    await asyncio.wait_for(announced.wait(), KEEP_ALIVE_S)
+                except TimeoutError:
+                    yield None
 
 
 async def _begin(tracking: Tracking, session: str, after: int | None) -> tuple[int, bool]:

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 
 from app.errors import InvalidInput
 from app.fusion.interface import Site
+from app.observations import Position
+from app.survey.admission import MARGIN_M
 
 LARGEST = 64
 """Venues held; a radio map of a mall's floor takes some megabytes."""
@@ -64,6 +66,22 @@ class SiteCache:
             if len(self._held) > self._largest:
                 self._held.popitem(last=False)
         return read
+
+
+def refuse_off_floor(site: Site, start: Position | None) -> None:
+    """Nothing, if a start lies on its floor, or near it, as surveyed places do.
+
+    Raises
+    ------
+    InvalidInput : it does not, or the venue has no such floor.
+    """
+    if start is None:
+        return
+    refuse_unknown_floor(site, start.floor, "start.floor")
+    floor = site.floors[start.floor]
+    for name, value_m, size_m in (("x", start.x_m, floor.width_m), ("y", start.y_m, floor.height_m)):
+        if not -MARGIN_M <= value_m <= size_m + MARGIN_M:
+            raise InvalidInput(f"{value_m:g} is outside floor {start.floor} (0 to {size_m:g} m)", f"start.{name}")
 
 
 def refuse_unknown_floor(site: Site, floor: str | None, field: str) -> None:

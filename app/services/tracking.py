@@ -26,7 +26,7 @@ from app.services.fix_document import fix_document, initial_document
 from app.services.fix_listener import FixListener
 from app.services.identifiers import is_identifier, no_venue
 from app.services.session_clock import refuse_out_of_window
-from app.services.site_cache import SiteCache, refuse_unknown_floor
+from app.services.site_cache import SiteCache, refuse_off_floor, refuse_unknown_floor
 from app.services.smoothed_tracks import SmoothedTracks
 from app.services.tickets import check_ticket, issue_ticket
 from app.storage.session_rows import FixRow, SessionRow, SessionRows
@@ -100,7 +100,7 @@ class Tracking:
         Raises
         ------
         NotFound : no such venue.
-        InvalidInput : no such method, or floor of this venue.
+        InvalidInput : no such method, or floor of this venue, or a start that is not on it.
         """
         if method not in self._methods:
             raise InvalidInput(f"method is one of {', '.join(sorted(self._methods))}", "method")
@@ -110,7 +110,7 @@ class Tracking:
         venue_id, revision = found
         site = await self._sites.site(venue, revision)
         refuse_unknown_floor(site, start.floor, "floor")
-        refuse_unknown_floor(site, None if start.start is None else start.start.floor, "start.floor")
+        refuse_off_floor(site, start.start)
         now_ms = self._now_ms()
         opened = OpenedSession(secrets.token_hex(16), venue, method, now_ms, now_ms + self._lifetime_ms)
         await self._rows.open(

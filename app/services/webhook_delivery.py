@@ -141,6 +141,6 @@ class WebhookDelivery:
                 await answer.aclose()  # what it says beyond its status is not read
         except TimeoutError:
             return f"no answer within {TIMEOUT_S:.0f} s"
-        except (httpx.HTTPError, httpx.InvalidURL) as error:
+        except (httpx.HTTPError, httpx.InvalidURL, UnicodeError) as error:  # the last: a host that is no name
             return f"{type(error).__name__}: {error}"
         return None if answer.is_success else f"answered {answer.status_code}"

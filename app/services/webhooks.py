@@ -9,6 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from urllib.parse import urlsplit
 
+import httpx
+
 from app.errors import Conflict, InvalidInput, NotFound
 from app.services.venues import Venues
 from app.storage.webhook_rows import WebhookRow, WebhookRows
@@ -87,8 +89,9 @@ def refuse_address(url: str) -> None:
     """
     try:
         parts = urlsplit(url)
+        httpx.URL(url).host  # noqa: B018  what delivers reads it so, and refuses international names that are none
         usable = parts.scheme in ("http", "https") and bool(parts.hostname) and parts.port != 0
-    except ValueError as error:
+    except (ValueError, httpx.InvalidURL) as error:
         raise InvalidInput(f"this is not a URL: {error}", "url") from error
     if not usable or len(url) > LONGEST_URL or not url.isascii() or not url.isprintable() or " " in url:
         raise InvalidInput(f"a webhook is an http or https URL of at most {LONGEST_URL} ASCII characters", "url")

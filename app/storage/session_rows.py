@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -146,6 +146,16 @@ class SessionRows:
             rows = (await connection.execute(query.order_by(fixes.c.sequence))).all()
         return [EvidenceRow(*row) for row in rows]
 
+    async def sequences(self, wanted: Sequence[str], now_ms: int) -> dict[str, int]:
+        """The newest sequence of each of these sessions that is not over."""
+        found: dict[str, int] = {}
+        async with reachable(), self._engine.connect() as connection:
+            for begin in range(0, len(wanted), _AT_ONCE):
+                some = {"wanted": wanted[begin : begin + _AT_ONCE], "now_ms": now_ms}
+                rows = await connection.execute(_READ_SEQUENCES, some)
+                found.update((row.session, row.sequence) for row in rows)
+        return found
+
     async def erase(self, session: str) -> bool:
         """Remove a session with everything it has left; False if there is none."""
         async with reachable(), self._engine.begin() as connection:
@@ -175,6 +185,8 @@ class SessionRows:
         return emptied.rowcount
 
 
+_AT_ONCE = 1000
+"""Sessions asked for in one statement."""
 _INSERT_SESSION = insert(sessions)
 _INSERT_FIX = insert(fixes)
 _READ_VENUE = select(venues.c.id, venues.c.revision).where(venues.c.venue == bindparam("named"))
@@ -201,6 +213,9 @@ _READ_STATE = select(sessions.c.state).where(
 )
 _READ_FIX = select(fixes.c.sequence, fixes.c.t_ms, fixes.c.body).where(
     fixes.c.session == bindparam("of"), fixes.c.sequence == bindparam("at")
+)
+_READ_SEQUENCES = select(sessions.c.session, sessions.c.sequence).where(
+    sessions.c.session.in_(bindparam("wanted", expanding=True)), sessions.c.expires_ms >= bindparam("now_ms")
 )
 _MOVE = (
     update(sessions)

@@ -44,3 +44,15 @@ def test_no_script_puts_data_into_markup() -> None:
 def test_nothing_but_the_pages_files_is_served(name: str) -> None:
     with suppress(NotFound):  # app/api/problems.py makes a 404 of it in the whole service
         assert client.get(f"/console/{name}").status_code == 404
+
+
+@pytest.mark.parametrize("wanted", ["bytes=0-3", "bytes=abc", "bytes=99999999-"])
+def test_a_file_is_served_whole_whatever_range_is_asked_for(wanted: str) -> None:
+    answer = client.get("/", headers={"Range": wanted})
+    assert (answer.status_code, answer.content) == (200, FILES["index.html"].read_bytes())
+
+
+def test_who_has_a_file_already_is_not_sent_it_again() -> None:
+    tag = client.get("/console/style.css").headers["etag"]
+    assert client.get("/console/style.css", headers={"If-None-Match": tag}).status_code == 304
+    assert client.get("/console/plan.js", headers={"If-None-Match": tag}).status_code == 200

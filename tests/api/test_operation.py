@@ -37,6 +37,12 @@ def risen(before: dict[str, float], after: dict[str, float]) -> dict[str, float]
 def test_a_service_with_its_stores_is_alive_and_ready(client: TestClient) -> None:
     assert client.get("/healthz").json() == {"status": "ok"}
     assert client.get("/readyz").json() == {"status": "ready"}
+    assert [client.head(path).status_code for path in ("/healthz", "/readyz", "/")] == [200] * 3
+
+
+def test_a_path_with_a_slash_too_many_is_not_found(client: TestClient) -> None:
+    answer = client.delete("/v1/sessions/", follow_redirects=False)
+    assert (answer.status_code, answer.headers["content-type"]) == (404, "application/problem+json")
 
 
 def test_a_database_without_tables_is_not_ready_and_the_service_says_what_to_do(tmp_path: Path) -> None:

@@ -125,6 +125,13 @@ def test_a_defect_is_logged_and_shows_nothing_of_the_inside(error: Exception, ca
     assert f"GET /fail failed: {type(error).__name__}" in caplog.text
 
 
+def test_the_log_does_not_name_what_a_path_was_filled_in_with(caplog: pytest.LogCaptureFixture) -> None:
+    for error in (DependencyDown("away"), ZeroDivisionError()):
+        with caplog.at_level(logging.WARNING):
+            client_of(error).put("/fail/secret-of-a-phone")
+    assert "PUT /fail/{floor}" in caplog.text and "secret-of-a-phone" not in caplog.text
+
+
 def test_unknown_routes_and_methods_are_problems_too() -> None:
     client = client_of(NotFound(""))
     unknown, method = client.get("/nothing"), client.delete("/fail")

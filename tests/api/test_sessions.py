@@ -68,6 +68,8 @@ def test_an_opened_session_says_what_it_is_and_when_it_ends(service: PhoneServic
         ({"start": {"x": 0, "y": 0, "floor": "F9"}}, "start.floor"),
         ({"start": {"x": 0, "y": "0", "floor": "F1"}}, "start.y"),
         ({"start": {"x": 1e308, "y": 0, "floor": "F1"}}, "start.x"),
+        ({"start": {"x": 120, "y": 0, "floor": "F1"}}, "start.x"),
+        ({"start": {"x": 50, "y": -20, "floor": "F1"}}, "start.y"),
         ({"alert_limit": 0}, "alert_limit"),
         ({"alert_limit": 1e308}, "alert_limit"),
         ({"alert_limit": "10"}, "alert_limit"),

@@ -61,6 +61,7 @@ def test_no_two_webhooks_have_the_same_secret(client: TestClient) -> None:
         "http://a/ b",
         "http://a/\n",
         "http://ä.example/",
+        "http://xn--a/",
         "http://a/" + "x" * 2000,
     ],
 )

@@ -3,15 +3,18 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import AsyncIterator, Iterator
-from contextlib import aclosing
+from contextlib import ExitStack, aclosing
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from app.api.events import MOST_LISTENERS
 from app.errors import Unauthenticated
 from app.services.session_events import SessionEvent, follow
+from app.services.session_news import SessionNews
 from app.services.tickets import LIFETIME_MS, check_ticket, issue_ticket
+from app.storage.session_rows import FixRow
 from tests.api.phone_service import PhoneService, phone_service
 from tests.odometer import FAULT_BSSID
 
@@ -99,6 +102,48 @@ def test_a_follower_is_woken_by_the_next_fix_and_by_the_end(service: PhoneServic
     last = waiting.result(10.0)
     assert first is not None and second is not None and last is not None
     assert [(event.name, event.sequence) for event in (first, second, last)] == [("fix", 0), ("fix", 1), ("end", 1)]
+
+
+def test_a_follower_is_woken_by_what_another_worker_has_stored_and_by_the_end_of_the_session(
+    service: PhoneService,
+) -> None:
+    session, portal = service.open(), service.client.portal
+    assert portal is not None
+    tracking, rows = service.wired.tracking, service.wired.rows
+    news = SessionNews(rows, tracking.announcements, lambda: service.wired.clock_ms[0])
+    service.fix(session, batch(0))
+    stream: AsyncIterator[SessionEvent | None] = follow(tracking, session, None)
+
+    async def following() -> SessionEvent | None:
+        return await asyncio.wait_for(anext(stream), 10.0)
+
+    made = FixRow(1, T0 + 1000, service.client.get(f"/v1/sessions/{session}/fix").content)
+
+    async def elsewhere() -> bool:
+        return await rows.add_fix(session, 0, made, b"state", service.wired.clock_ms[0] + 1000)
+
+    assert portal.call(following) is not None
+    portal.call(news.look)
+    waiting = portal.start_task_soon(following)
+    assert portal.call(elsewhere)
+    portal.call(news.look)
+    second = waiting.result(10.0)
+    waiting = portal.start_task_soon(following)
+    service.wired.clock_ms[0] += 2000
+    portal.call(news.look)
+    last = waiting.result(10.0)
+    assert second is not None and last is not None
+    assert [(event.name, event.sequence) for event in (second, last)] == [("fix", 1), ("end", 1)]
+
+
+def test_only_so_many_hear_one_session(service: PhoneService) -> None:
+    session = service.open()
+    announcements = service.wired.tracking.announcements
+    with ExitStack() as listeners:
+        for _ in range(MOST_LISTENERS):
+            listeners.enter_context(announcements.listen(session))
+        refused = service.client.get(f"/v1/sessions/{session}/events")
+    assert (refused.status_code, refused.json()["type"]) == (409, "urn:surefix:problem:conflict")
 
 
 def test_a_ticket_opens_the_events_of_its_session_alone_and_for_a_minute(service: PhoneService) -> None:
