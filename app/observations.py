@@ -6,6 +6,7 @@ from north in (-pi, pi]; milliseconds exist at the wire only.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from enum import StrEnum
 
@@ -100,7 +101,8 @@ class Step:
     time_s : instant of the step.  duration_s : since the previous step (or the stride period's estimate).
     length_m : by the step-length model before any learned scale.  heading_rad : walking direction.
     heading_sigma_rad : its standard deviation.  heading_change_rad : change since the previous step by the gyroscope
-    alone.  magnetic_heading_rad : by the magnetometer, or NaN.
+    alone.  magnetic_heading_rad : by the magnetometer, or NaN.  push_rad : from where the phone points to where the
+    step pushed it, clockwise, or NaN (app/pdr/push.py).
     """
 
     time_s: float
@@ -110,6 +112,7 @@ class Step:
     heading_sigma_rad: float
     heading_change_rad: float
     magnetic_heading_rad: float
+    push_rad: float = math.nan
 
     @property
     def absolute(self) -> bool:

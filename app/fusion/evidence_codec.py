@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass, fields
+from dataclasses import astuple, dataclass
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,8 @@ from app.errors import DependencyDown
 from app.observations import Fix, Motion, RadioFix, Step
 
 FORMAT = 1
-_NUMBERS_OF_STEP = len(fields(Step))
+_NUMBERS_OF_STEP = 7
+"""The first of its fields: smoothing does not ask how a phone is held."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +48,7 @@ def decode_evidence(encoded: bytes) -> Evidence:
 
 def _packed(one: Step | RadioFix) -> list[Any]:
     if isinstance(one, Step):
-        return list(astuple(one))
+        return list(astuple(one)[:_NUMBERS_OF_STEP])
     xx, xy, yy = (float(one.noise_m2[row, column]) for row, column in ((0, 0), (0, 1), (1, 1)))
     x_m, y_m = (float(value) for value in one.xy_m)
     lasting_m2, distance = float(one.lasting_m2), float(one.signal_distance)

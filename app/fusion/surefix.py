@@ -81,7 +81,7 @@ def _moved(state: SurefixState, event: Event, site: Site, settings: SurefixSetti
     """Steps and time that passed since the event before, for both accounts."""
     track, rivalry, space = state.track, state.rivalry, _space(state, site)
     record, steps = led(state.turns, event.moved.steps, knows_turns(event))
-    facing, steps = faced(state.facing, steps)
+    facing, steps = faced(state.facing, steps, settings.facing)
     state = replace(state, turns=record, facing=facing, step_count=state.step_count + len(steps))
     prior_m, variance_m2 = state.start.prior_m, START_SIGMA_M**2
     if track is None and prior_m is not None and event.time_s is not None:

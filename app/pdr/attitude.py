@@ -20,6 +20,7 @@ from numba import njit
 from app.estimation.angles import DEGREE, wrap
 from app.estimation.arrays import FloatArray
 from app.pdr.attitude_state import ACC, DRIFT, GYR, LEVEL_S, MAG, POINTED, REST_S, ROT, TURN
+from app.pdr.carrying_position import FACES_UP
 from app.pdr.compass import (
     BEARING,
     DELTA,
@@ -35,7 +36,7 @@ from app.pdr.compass import (
 )
 from app.pdr.gyroscope_bias import REST_AFTER_S, TAU_REST_S, learn_bias, notice_rest
 from app.pdr.gyroscope_stuck import gyroscope_stuck, notice_repeats
-from app.pdr.quaternion import azimuth, multiply, rotate, turn_by
+from app.pdr.quaternion import azimuth, multiply, of_rotation_vector, rotate, turn_by
 
 TAU_GRAVITY_S, TAU_GRAVITY_NO_GYRO_S = 3.0, 0.6
 TURNING = 20.0 * DEGREE
@@ -50,6 +51,8 @@ SIGMA_ROTATION_VECTOR, SIGMA_COMPASS, SIGMA_NO_GYRO = 0.24, 0.24, 0.35
 
 SIZE, HEADING, VARIANCE, TURNED, COMPASS, ABSOLUTE, RATE, VERTICAL = range(8)
 """Columns of `track`'s answer."""
+ALONG, ACROSS = range(2)
+"""Columns of what it says of sway."""
 
 
 @njit(cache=True)
@@ -126,16 +129,6 @@ def _level(
 
 
 @njit(cache=True)
-def _take_rotation_vector(sample: FloatArray, row: int, anchor: FloatArray) -> None:
-    """The newest rotation vector as a unit quaternion; the wire's rounding may make it longer than one."""
-    x, y, z = sample[row, 0], sample[row, 1], sample[row, 2]
-    squared = x * x + y * y + z * z
-    scale = 1.0 / math.sqrt(squared) if squared > 1.0 else 1.0
-    anchor[0, 0] = math.sqrt(max(1.0 - squared, 0.0))
-    anchor[0, 1], anchor[0, 2], anchor[0, 3] = x * scale, y * scale, z * scale
-
-
-@njit(cache=True)
 def track(
     arrays: tuple[FloatArray, ...],
     acc_time_s: FloatArray,
@@ -147,6 +140,7 @@ def track(
     rot_time_s: FloatArray,
     rot: FloatArray,
     answer: FloatArray,
+    swayed: FloatArray,
 ) -> None:
     """Advance the filter over the samples of all streams in the order of time.
 
@@ -159,6 +153,8 @@ def track(
     answer : (n_acc, 8) written: norm of the acceleration, heading (rad, clockwise from north), its variance (without
         any absolute reference pi^2), accumulated turn by the gyroscope (without one: by the heading), bearing by the
         compass (NaN without), 1.0 where the heading is absolute, norm of the angular rate, acceleration along gravity.
+    swayed : (n_acc, 2) written: acceleration along where the phone points and to the right of it, m/s^2; NaN of a phone
+        whose screen does not face up.
     """
     time_s, rate, strapdown, inclination, gravity, scalars, bias, covariance, lowpass, rest, magnetic, anchor = arrays
     work, own, since, correction = np.zeros(3), np.zeros(4), np.zeros(4), np.zeros(4)
@@ -199,7 +195,7 @@ def track(
                 magnetic[BEARING] = math.nan
             time_s[MAG], m = now, m + 1
         elif at_r == now:
-            _take_rotation_vector(rot, r, anchor)
+            of_rotation_vector(rot[r], given)
             multiply(inclination, strapdown, then)
             # the own filter follows, so that nothing jumps when this stream ends
             magnetic[DELTA] = wrap(azimuth(given) - azimuth(then))
@@ -222,6 +218,10 @@ def track(
             for k in range(3):
                 work[k] = acc[a, k]
             rotate(own, work, work)
+            points, faces = azimuth(own), 1.0 - 2.0 * (own[1] ** 2 + own[2] ** 2)
+            east, north = (work[0], work[1]) if faces > FACES_UP else (math.nan, math.nan)
+            swayed[a, ALONG] = east * math.sin(points) + north * math.cos(points)
+            swayed[a, ACROSS] = east * math.cos(points) - north * math.sin(points)
             has_field = now - time_s[MAG] < STALE_S and not math.isnan(magnetic[BEARING])
             if has_rotation:
                 if has_rate:  # turned since by the gyroscope
@@ -233,7 +233,7 @@ def track(
                     heading = azimuth(given)
                 variance, absolute = SIGMA_ROTATION_VECTOR**2, True
             else:
-                heading = wrap(azimuth(own) + magnetic[DELTA])
+                heading = wrap(points + magnetic[DELTA])
                 if not has_field:
                     scalars[DRIFT] += DRIFT_VARIANCE * interval_s
                 absolute = magnetic[START_GAIN] < 1.0 and (has_rate or has_field)

@@ -51,6 +51,15 @@ def turn_by(q: FloatArray, x_rad: float, y_rad: float, z_rad: float) -> None:
 
 
 @njit(cache=True)
+def of_rotation_vector(vector: FloatArray, q: FloatArray) -> None:
+    """Android's rotation vector (3,) as a unit quaternion; the wire's rounding may make it longer than one."""
+    squared = vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2
+    scale = 1.0 / math.sqrt(squared) if squared > 1.0 else 1.0
+    q[0] = math.sqrt(max(1.0 - squared, 0.0))
+    q[1], q[2], q[3] = vector[0] * scale, vector[1] * scale, vector[2] * scale
+
+
+@njit(cache=True)
 def azimuth(q: FloatArray) -> float:
     """Direction in which a phone points, radians clockwise from the reference frame's y axis (north).
 

@@ -12,16 +12,18 @@ from app.estimation.arrays import FloatArray
 from app.observations import AxisSamples, Batch, Carrying, Motion, Step
 from app.pdr import attitude, attitude_state, rhythm, step_detection
 from app.pdr.attitude_state import AttitudeState
+from app.pdr.push import felt_after, kept_of, push_rad
 from app.pdr.step_detection import StepState
 from app.pdr.step_length import weinberg_length_m
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PdrState:
-    """Everything dead reckoning remembers between batches: numbers and arrays of fixed size."""
+    """Everything dead reckoning remembers between batches. felt : as of felt_after."""
 
     attitude: AttitudeState = field(default_factory=AttitudeState)
     steps: StepState = field(default_factory=StepState)
+    felt: FloatArray = field(default_factory=lambda: np.empty((0, 4)))
     heading_rad: float = 0.0
     heading_is_absolute: bool = False
 
@@ -82,8 +84,9 @@ def advance_pdr(state: PdrState, batch: Batch, until_s: float | None = None) -> 
     if not (len(acc_time_s) or len(gyr_time_s) or len(mag_time_s) or len(rot_time_s)):
         return state, _output(state, ())
     attitude_arrays, step_arrays = state.attitude.arrays(), state.steps.arrays()
-    tracked = np.empty((len(acc_time_s), 8))
-    attitude.track(attitude_arrays, acc_time_s, acc, gyr_time_s, gyr, mag_time_s, mag, rot_time_s, rot, tracked)
+    tracked, swayed = np.empty((len(acc_time_s), 8)), np.empty((len(acc_time_s), 2))
+    attitude.track(attitude_arrays, acc_time_s, acc, gyr_time_s, gyr, mag_time_s, mag, rot_time_s, rot, tracked, swayed)
+    felt = felt_after(state.felt, acc_time_s, tracked, swayed)
     # no more than one step in 0.3 s of samples, plus those held from before
     span_s = acc_time_s[-1] - max(acc_time_s[0] - 1.0, newest[attitude_state.ACC]) if len(acc_time_s) else 0.0
     found = np.empty((int(span_s / rhythm.SHORTEST_S) + 8, 7))
@@ -93,8 +96,8 @@ def advance_pdr(state: PdrState, batch: Batch, until_s: float | None = None) -> 
     if len(tracked):
         heading_rad = wrap(tracked[-1, attitude.HEADING])
         absolute = bool(tracked[-1, attitude.ABSOLUTE] > 0.0)
-    after = PdrState(AttitudeState(*attitude_arrays), StepState(*step_arrays), heading_rad, absolute)
-    return after, _output(after, tuple(_step(row) for row in found[:count]))
+    after = PdrState(AttitudeState(*attitude_arrays), StepState(*step_arrays), kept_of(felt), heading_rad, absolute)
+    return after, _output(after, tuple(_step(row, felt) for row in found[:count]))
 
 
 def _output(state: PdrState, steps: tuple[Step, ...]) -> PdrOutput:
@@ -119,15 +122,17 @@ def _output(state: PdrState, steps: tuple[Step, ...]) -> PdrOutput:
     )
 
 
-def _step(row: FloatArray) -> Step:
+def _step(row: FloatArray, felt: FloatArray) -> Step:
+    time_s, duration_s = float(row[rhythm.STEP_TIME]), float(row[rhythm.STEP_DURATION])
     return Step(
-        time_s=float(row[rhythm.STEP_TIME]),
-        duration_s=float(row[rhythm.STEP_DURATION]),
+        time_s=time_s,
+        duration_s=duration_s,
         length_m=weinberg_length_m(float(row[rhythm.STEP_SWING])),
         heading_rad=wrap(row[rhythm.STEP_HEADING]),
         heading_sigma_rad=math.sqrt(float(row[rhythm.STEP_VARIANCE])),
         heading_change_rad=float(row[rhythm.STEP_CHANGE]),
         magnetic_heading_rad=float(row[rhythm.STEP_COMPASS]),
+        push_rad=push_rad(felt, time_s, duration_s),
     )
 
 

@@ -96,7 +96,8 @@ def body_motion_mps2(walk: Walk, rate_hz: float, rng: np.random.Generator) -> Fl
     angle = 2 * np.pi * (walk.step_phase + wander(rng, len(size), 2.0 * rate_hz, 0.02))
     a, b = rng.uniform(0.2, 0.4), rng.uniform(0.08, 0.2)
     up = 0.44 * size * (np.cos(angle) + a * np.cos(2 * angle + 0.3) + b * np.cos(3 * angle + 0.6))
-    forward = 0.17 * size * np.sin(angle + rng.normal(0.4, 0.3)) + 0.05 * size * np.sin(2 * angle)
+    # ahead of the lift, as on mall walks: 38 degrees, 23 from walk to walk
+    forward = 0.17 * size * np.cos(angle + rng.normal(0.66, 0.4)) + 0.05 * size * np.sin(2 * angle)
     forward += gaussian_filter1d(np.gradient(walk.speed_mps) * rate_hz, 0.1 * rate_hz)
     if walk.climbed_m is not None:  # lifts press and lift
         up += np.gradient(np.gradient(walk.climbed_m)) * rate_hz**2

@@ -29,13 +29,23 @@ HEADING_LIMIT_DEG = {TRIALS[0]: 1.5, TRIALS[1]: 2.1, TRIALS[2]: 9.0}
 
 def own_attitudes(time_s: FloatArray, force: FloatArray, rate: FloatArray, field: FloatArray) -> Rotation:
     """The filter's attitude after each sample; all sensors sampled together."""
-    arrays, answer = AttitudeState().arrays(), np.empty((len(time_s), 8))
+    arrays, answer, swayed = AttitudeState().arrays(), np.empty((len(time_s), 8)), np.empty((len(time_s), 2))
     quaternions, offsets = np.empty((len(time_s), 4)), np.empty(len(time_s))
     none, nothing = np.empty(0), np.empty((0, 3))
     for i in range(len(time_s)):
         now = slice(i, i + 1)
         attitude.track(
-            arrays, time_s[now], force[now], time_s[now], rate[now], time_s[now], field[now], none, nothing, answer[now]
+            arrays,
+            time_s[now],
+            force[now],
+            time_s[now],
+            rate[now],
+            time_s[now],
+            field[now],
+            none,
+            nothing,
+            answer[now],
+            swayed[now],
         )
         multiply(arrays[3], arrays[2], quaternions[i])
         offsets[i] = arrays[10][DELTA]
@@ -180,9 +190,9 @@ def test_a_bias_of_the_gyroscope_is_learnt_while_the_phone_lies_still() -> None:
     phone = sensed(time_s, Rotation.identity(6000), np.zeros((6000, 3)))
     biased = AxisSamples(time_s, phone.gyroscope.values + np.radians([0.5, -0.5, 0.8]))
     arrays = AttitudeState().arrays()
-    none, nothing, answer = np.empty(0), np.empty((0, 3)), np.empty((6000, 8))
+    none, nothing, answer, swayed = np.empty(0), np.empty((0, 3)), np.empty((6000, 8)), np.empty((6000, 2))
     force = phone.accelerometer.values
-    attitude.track(arrays, time_s, force, time_s, biased.values, none, nothing, none, nothing, answer)
+    attitude.track(arrays, time_s, force, time_s, biased.values, none, nothing, none, nothing, answer, swayed)
     assert np.degrees(arrays[6]) == pytest.approx([0.5, -0.5, 0.8], abs=0.05)
     assert abs(np.degrees(answer[-1, attitude.HEADING] - answer[3000, attitude.HEADING])) < 0.5
 
