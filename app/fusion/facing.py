@@ -1,4 +1,4 @@
-"""How a phone is held: the angle between where it points and where its walker goes, learnt from fixes.
+"""How a phone is held: the angle between where it points and where its walker goes, learnt from fixes and steps.
 
 A phone in a pocket, across, or in a building whose plan is not drawn north up, tells headings that are off by one and
 the same angle. Steps by such headings lead the track away from the fixes, turned about where both were together: so the
