@@ -105,8 +105,8 @@ _CARRIED = (
     "from the pocket, the ear and the swinging hand they lead far astray, and what they add costs as much as it gives"
 )
 _FLAT = (
-    "the contexts' noises are small beside the error of a fix and the optimum in each is flat; WiFi strength "
-    "cannot tell a corridor from a room, see the method's page. The paper's own gain in its corridor is 4 %"
+    "the contexts' noises are small beside the error of a fix and the optimum in each is flat, see the method's page. "
+    "The paper's own gain in its corridor is 4 %"
 )
 _CALM_STANDARD = (
     "the standard filter is calmer here than the paper's: its noise is that of a step, and R comes from each "
