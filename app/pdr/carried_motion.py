@@ -47,7 +47,7 @@ from app.pdr.carried_state import (
     UP,
 )
 from app.pdr.gravity import GRAVITY_MPS2
-from app.pdr.quaternion import azimuth, rotate
+from app.pdr.quaternion import azimuth, of_rotation_vector, rotate
 from app.pdr.quaternion_ukf import (
     face_north,
     level,
@@ -203,8 +203,7 @@ def carry(
         elif at_r == now:
             if s[STARTED] > 0.0 and now - time_s[MAG] > STALE_S:
                 interval_s = min(max(now - time_s[ROT], LEAST_INTERVAL_S), LARGEST_INTERVAL_S)
-                given[1:] = rot[r]
-                given[0] = math.sqrt(max(1.0 - rot[r, 0] ** 2 - rot[r, 1] ** 2 - rot[r, 2] ** 2, 0.0))
+                of_rotation_vector(rot[r], given)
                 seen_by_device(given, north, work)
                 _face(work, 0.0, noise[4] / interval_s, q, covariance, s)
             time_s[ROT], r = now, r + 1

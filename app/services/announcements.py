@@ -15,6 +15,7 @@ class Announcements:
 
     def __init__(self) -> None:
         self._waiting: dict[str, set[asyncio.Event]] = {}
+        self._newest: dict[str, int | None] = {}
 
     def sessions(self) -> list[str]:
         """Those that somebody listens to."""
@@ -24,10 +25,15 @@ class Announcements:
         """How many listen to one."""
         return len(self._waiting.get(session, ()))
 
-    def announce(self, session: str) -> None:
-        """Wake everyone who listens to that session."""
+    def announce(self, session: str, sequence: int | None = None) -> None:
+        """Wake everyone who listens to that session. sequence : of its newest Fix, None once it is over."""
         for event in self._waiting.get(session, ()):
             event.set()
+            self._newest[session] = sequence
+
+    def is_news(self, session: str, sequence: int | None) -> bool:
+        """Whether those who listen to a session have not been told that this is its newest Fix."""
+        return session not in self._newest or self._newest[session] != sequence
 
     @contextmanager
     def listen(self, session: str) -> Iterator[asyncio.Event]:
@@ -41,3 +47,4 @@ class Announcements:
             listeners.discard(event)
             if not listeners:
                 del self._waiting[session]
+                self._newest.pop(session, None)

@@ -16,7 +16,7 @@ _log = logging.getLogger(__name__)
 
 
 class SessionNews:
-    """Announces every session that has moved on or ended since the last look, and each when it is first listened to.
+    """Announces every session that has moved on or ended unannounced, and each when it is first listened to.
 
     Parameters
     ----------
@@ -27,7 +27,6 @@ class SessionNews:
         self._rows = rows
         self._announcements = announcements
         self._now_ms = now_ms
-        self._known: dict[str, int | None] = {}
 
     async def run(self) -> None:
         """Look for ever; ends by being cancelled."""
@@ -42,8 +41,6 @@ class SessionNews:
         """Announce what is new; asks the database only while somebody listens."""
         listened = self._announcements.sessions()
         live = await self._rows.sequences(listened, self._now_ms()) if listened else {}
-        found = {session: live.get(session) for session in listened}
-        for session, sequence in found.items():
-            if session not in self._known or self._known[session] != sequence:
-                self._announcements.announce(session)
-        self._known = found
+        for session in listened:
+            if self._announcements.is_news(session, live.get(session)):
+                self._announcements.announce(session, live.get(session))

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from app.errors import InvalidInput
 from app.fusion.interface import Site
 from app.observations import Position
-from app.survey.admission import MARGIN_M
+from app.survey.admission import FloorExtent, off_floor
 
 LARGEST = 64
 """Venues held; a radio map of a mall's floor takes some megabytes."""
@@ -79,9 +79,9 @@ def refuse_off_floor(site: Site, start: Position | None) -> None:
         return
     refuse_unknown_floor(site, start.floor, "start.floor")
     floor = site.floors[start.floor]
-    for name, value_m, size_m in (("x", start.x_m, floor.width_m), ("y", start.y_m, floor.height_m)):
-        if not -MARGIN_M <= value_m <= size_m + MARGIN_M:
-            raise InvalidInput(f"{value_m:g} is outside floor {start.floor} (0 to {size_m:g} m)", f"start.{name}")
+    name, why = off_floor(start.x_m, start.y_m, FloorExtent(floor.floor, floor.width_m, floor.height_m))
+    if name:
+        raise InvalidInput(why, f"start.{name}")
 
 
 def refuse_unknown_floor(site: Site, floor: str | None, field: str) -> None:

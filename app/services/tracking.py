@@ -181,7 +181,7 @@ class Tracking:
         if not await self._rows.add_fix(row.session, row.sequence, made, encoded, now_ms + self._lifetime_ms, alert):
             return None
         await self._hot.put(row.session, batch.sequence, state, encoded)
-        self.announcements.announce(row.session)
+        self.announcements.announce(row.session, batch.sequence)
         if alert is not None:
             self.announcements.announce(ALERTS)
         for heard in self._listeners:

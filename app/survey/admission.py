@@ -67,10 +67,18 @@ def checked_place(x_m: float, y_m: float, extent: FloorExtent) -> tuple[float, f
     """The same. Raises ValueError for a place that is not finite or not on the floor."""
     if not (math.isfinite(x_m) and math.isfinite(y_m)):
         raise ValueError("x and y must be finite")
+    name, why = off_floor(x_m, y_m, extent)
+    if name:
+        raise ValueError(f"{name} {why}")
+    return x_m, y_m
+
+
+def off_floor(x_m: float, y_m: float, extent: FloorExtent) -> tuple[str, str]:
+    """Which of x and y is not on the floor, and why; both empty of a place that is on it, or near."""
     for name, value, size in (("x", x_m, extent.width_m), ("y", y_m, extent.height_m)):
         if size is not None and not -MARGIN_M <= value <= size + MARGIN_M:
-            raise ValueError(f"{name} {value:g} is outside floor {extent.floor} (0 to {size:g} m)")
-    return x_m, y_m
+            return name, f"{value:g} is outside floor {extent.floor} (0 to {size:g} m)"
+    return "", ""
 
 
 def known_floor(floors: Mapping[str, FloorExtent], floor: str) -> FloorExtent:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from app.estimation.arrays import IntArray
 from app.observations import Position, WifiScan
 from app.wifi.match import Match
 from app.wifi.radio_map import RadioMap
@@ -22,11 +21,6 @@ class ScanPosition:
 
     position: Position
     accuracy_m: float
-
-
-def known_bssids(radio_map: RadioMap) -> IntArray:
-    """The access points that the map knows."""
-    return radio_map.bssid
 
 
 def locate_scan(radio_map: RadioMap, scan: WifiScan) -> ScanPosition | None:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from app.evaluation.recordings import floor_folders, is_test_walk, read_walk
 from app.observations import WifiScan
 from app.wifi.beacons import parted
-from app.wifi.locate import known_bssids, locate_scan
+from app.wifi.locate import locate_scan
 from app.wifi.radio_map import build_radio_map
 from app.wifi.readings import at_least, fresh_readings, strongest
 from tests.open_data import open_data
@@ -62,7 +62,7 @@ def test_stale_readings_do_not_place_a_scan() -> None:
 
 def test_a_map_knows_the_access_points_it_was_made_from() -> None:
     survey = corridor()
-    assert set(known_bssids(build_radio_map(survey)).tolist()) == {i for one in survey for i in one.bssid.tolist()}
+    assert set(build_radio_map(survey).bssid.tolist()) == {i for one in survey for i in one.bssid.tolist()}
 
 
 def test_the_true_place_of_recorded_scans_is_mostly_within_the_accuracy() -> None:
