@@ -50,11 +50,16 @@ def evaluate(
     risk: Annotated[float, typer.Option(help="Accepted probability of an error beyond the protection level.")] = 0.01,
     seconds: Annotated[float, typer.Option(help="Longest batch.")] = 1.0,
     bluetooth: Annotated[bool, typer.Option("--bluetooth", help="Phones report beacons, too.")] = False,
+    survey_share: Annotated[
+        float, typer.Option(help="Make the map of this share of the survey walks, as if it had gaps.")
+    ] = 1.0,
     smoothed: Annotated[bool, typer.Option("--smoothed", help="Add rows of the smoothed tracks.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print results.json instead of the tables.")] = False,
 ) -> None:
     """Survey with some of the recorded walks, walk the others, and compare every answer with the truth."""
-    protocol = Protocol(folds, _tested(fold or ["0"], folds), limit, seconds, alert_limit, risk, bluetooth)
+    protocol = Protocol(
+        folds, _tested(fold or ["0"], folds), limit, seconds, alert_limit, risk, bluetooth, survey_share
+    )
     chosen = _chosen(methods)
     folders = floor_folders(site, _split(floors))
     out.mkdir(parents=True, exist_ok=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -27,7 +28,8 @@ class Protocol:
 
     folds : parts that the walks fall into by the hash of their name.  tested : which of them are walked, one after the
     other, each on a map of the rest.  limit : test walks a floor and fold at most.  seconds : longest batch.
-    bluetooth : phones report beacons, too.
+    bluetooth : phones report beacons, too.  survey_share : of the survey walks that the map is made of, for buildings
+    that were surveyed with gaps; which ones, the hash of their name decides.
     """
 
     folds: int = 5
@@ -37,6 +39,7 @@ class Protocol:
     alert_limit_m: float = 10.0
     risk: float = 0.01
     bluetooth: bool = False
+    survey_share: float = 1.0
 
     def __post_init__(self) -> None:
         if self.folds < 2:
@@ -49,6 +52,14 @@ class Protocol:
             raise InvalidInput("risk must be in 0.001 to 0.05", "risk")
         if not self.alert_limit_m > 0.0:
             raise InvalidInput("the alert limit must be positive", "alert_limit")
+        if not 0.0 < self.survey_share <= 1.0:
+            raise InvalidInput("the share of the survey must be in (0, 1]", "survey_share")
+
+    def surveys(self, trace: str, fold: int) -> bool:
+        """Whether the map that a fold is walked on is made of this trace."""
+        if is_test_walk(trace, self.folds, fold):
+            return False
+        return self.survey_share == 1.0 or zlib.crc32(trace.encode()) < self.survey_share * 2**32
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,7 +104,7 @@ def parted(
     ------
     InvalidInput : there are none of one kind.
     """
-    survey = [walk for walk in walks if not is_test_walk(walk.trace.trace, protocol.folds, fold)]
+    survey = [walk for walk in walks if protocol.surveys(walk.trace.trace, fold)]
     walked = walked_in(walks, protocol, fold)
     if not survey or not walked:
         raise InvalidInput(f"fold {fold} leaves {len(survey)} survey walks and {len(walked)} test walks", "fold")

@@ -26,4 +26,4 @@ def chosen_floor(
         votes = (votes + 0.02) * np.where([floor == hint for floor in radio_map.floors], HINT_WEIGHT, 1.0)
         votes = votes / votes.sum()
     levels = {name: floor.level for name, floor in site.floors.items()}
-    return advance_floor(belief, radio_map.floors, votes, levels, floor_settings(radio_map))
+    return advance_floor(belief, radio_map.floors, votes, levels, floor_settings(radio_map), match.unlike)

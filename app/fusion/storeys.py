@@ -140,7 +140,7 @@ def heard(
     known = storeys.agreed >= SETTINGS.held_after
     held = known and clear
     voting = floor_settings(radio_map)
-    votes = voting.doubt / len(level) + (1.0 - voting.doubt) * match.floor_probability
+    votes = voting.doubted(match.floor_probability, match.unlike)
     same = level[:, np.newaxis] == level
     # between floors of one level heights say nothing, so votes count there as ever
     calmed = votes * (same @ votes) ** (SETTINGS.held_weight - 1.0)

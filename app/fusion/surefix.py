@@ -143,7 +143,8 @@ def _scanned(
     believed = not state.prior_only and (state.rivalry is None or not state.rivalry.fault)
     facing, turned = placed(state.facing, place_m, variance_m2, believed, settings.facing)
     state = replace(state, floor=floor, storeys=storeys, radio_s=scan.time_s, otherwise_m=found.otherwise_m)
-    state = replace(state, facing=facing)
+    newest_m2 = settings.distance_weight * calibration.strange_m2(match)
+    state = replace(state, facing=facing, strange_m2=settings.strange_m2(state.strange_m2, newest_m2))
     if changed and storeys.changing and state.track is not None:
         state, changed = replace(state, track=landed(state.track, settings.stairs_sigma_m)), False
     said = fix.said(floor.floor, match.signal_distance)
@@ -215,18 +216,19 @@ def _fix(
     stride_m = scale_of(track) * track.stride_m
     walker = Walker.of(moved, state.step_count, heading_of(track), stride_m, track.stride_s)
     here, learnt = place(track, moved), DEFAULT if site.radio_map is None else calibration_of(site.radio_map)
-    level_m = settings.level_m(here, risk, learnt)
+    strange_m2 = state.strange_m2 or 0.0
+    level_m = settings.level_m(here, strange_m2, risk, learnt)
     estimate = Estimate(
         Position(float(here.xy_m[0]), float(here.xy_m[1]), state.floor.floor),
-        settings.covariance_m2(here, learnt),
-        accuracy_m=settings.accuracy_m(here, learnt),
+        settings.covariance_m2(here, strange_m2, learnt),
+        accuracy_m=settings.accuracy_m(here, strange_m2, learnt),
         level_m=level_m,
     )
     told = once_each(state.phases.excluded, excluded(state.watch, settings.access_points))
     phases = replace(state.phases, excluded=told)
     if state.rivalry is not None:
         there = place(state.rivalry.rival, moved)
-        reach_m = float(np.hypot(*(there.xy_m - here.xy_m))) + settings.level_m(there, risk, learnt)
+        reach_m = float(np.hypot(*(there.xy_m - here.xy_m))) + settings.level_m(there, strange_m2, risk, learnt)
         phases = replace(phases, covers_m=reach_m)
     if state.otherwise_m is not None:
         phases = replace(phases, covers_m=max(phases.covers_m, math.dist(state.otherwise_m, here.xy_m) + level_m))

@@ -43,6 +43,10 @@ class SurefixSettings:
     this factor: errors that fixes share over a whole walk make every cloud too sure.
     tails, least_radius_99_m : the same of the protection level and the radius that holds 99 %, by risk in ascending
     order: the rarer, the heavier. What held 1 - risk of all answers of folds 1-4, covered by the survey or not.
+    strange_usual_m2 : variance that scans of surveyed places have at most for being unlike the survey. What is beyond
+    errs alike until the phone is back where somebody surveyed, which no cloud knows.
+    strange_68, strange_99 : standard deviations of that beyond in either radius.
+    strange_memory : weight of the newest scan in it.
     """
 
     cloud: CloudSettings = field(default_factory=CloudSettings)
@@ -64,22 +68,34 @@ class SurefixSettings:
     spread: float = 1.2
     least_radius_68_m: float = 1.0
     least_radius_99_m: float = 7.0
-    tails: tuple[tuple[float, float], ...] = ((0.001, 2.15), (0.002, 1.7), (0.01, 1.06), (0.05, 0.81))
+    strange_usual_m2: float = 50.0
+    strange_68: float = 1.0
+    strange_99: float = 3.0
+    strange_memory: float = 0.25
+    tails: tuple[tuple[float, float], ...] = ((0.001, 2.0), (0.002, 1.6), (0.01, 1.04), (0.05, 0.81))
 
     def tail_at(self, risk: float) -> float:
         """Of the protection level at a risk."""
         return tail_at(risk, self.tails)
 
-    def accuracy_m(self, here: Place, learnt: FixCalibration) -> float:
-        """Radius that holds the truth in 68 of 100 answers. learnt : of the map."""
-        return learnt.reach * self.spread * math.hypot(here.radius_68_m, self.least_radius_68_m)
+    def strange_m2(self, before_m2: float | None, newest_m2: float) -> float:
+        """Variance that scans have lately for being unlike the survey. before_m2 : before the newest, None at first."""
+        return newest_m2 if before_m2 is None else before_m2 + self.strange_memory * (newest_m2 - before_m2)
 
-    def level_m(self, here: Place, risk: float, learnt: FixCalibration) -> float:
-        """Radius that the truth leaves with no more than this probability. learnt : of the map."""
-        least_m = learnt.fineness * self.least_radius_99_m
+    def accuracy_m(self, here: Place, strange_m2: float, learnt: FixCalibration) -> float:
+        """Radius that holds the truth in 68 of 100 answers. strange_m2 : of the last scans.  learnt : of the map."""
+        least_m = math.hypot(self.least_radius_68_m, self.strange_68 * self._beyond_m(strange_m2))
+        return learnt.reach * self.spread * math.hypot(here.radius_68_m, least_m)
+
+    def level_m(self, here: Place, strange_m2: float, risk: float, learnt: FixCalibration) -> float:
+        """Radius that the truth leaves with no more than this probability. strange_m2, learnt : likewise."""
+        least_m = math.hypot(learnt.fineness * self.least_radius_99_m, self.strange_99 * self._beyond_m(strange_m2))
         return learnt.reach * self.tail_at(risk) * math.hypot(here.radius_99_m, least_m)
 
-    def covariance_m2(self, here: Place, learnt: FixCalibration) -> FloatArray:
+    def covariance_m2(self, here: Place, strange_m2: float, learnt: FixCalibration) -> FloatArray:
         """(2, 2) of the position, as much larger than the cloud's as the accuracy is than the cloud's radius."""
-        least_m2 = self.least_radius_68_m**2 / 2.28 * np.eye(2)
-        return (learnt.reach * self.spread) ** 2 * (here.covariance_m2 + least_m2)
+        least_m2 = self.least_radius_68_m**2 + (self.strange_68 * self._beyond_m(strange_m2)) ** 2
+        return (learnt.reach * self.spread) ** 2 * (here.covariance_m2 + least_m2 / 2.28 * np.eye(2))
+
+    def _beyond_m(self, strange_m2: float) -> float:
+        return math.sqrt(max(strange_m2 - self.strange_usual_m2, 0.0))

@@ -32,6 +32,7 @@ class SurefixState:
     phases : what the newest scan's test found.  storeys : what the barometer says of the floor.
     ear : what was heard of Bluetooth beacons.  watch : access points that are not relied on.
     hearing : those that the phone has heard.  turns : whether its gyroscope can be believed.  facing : how it is held.
+    strange_m2 : variance that scans have lately for being unlike the survey.
     """
 
     start: SessionStart
@@ -51,6 +52,7 @@ class SurefixState:
     watch: AccessPointWatch = field(default_factory=AccessPointWatch)
     hearing: Hearing = field(default_factory=Hearing)
     otherwise_m: FloatArray | None = None
+    strange_m2: float | None = None
 
     @property
     def heard_s(self) -> float | None:

@@ -78,9 +78,14 @@ class FixCalibration:
 
     def variance_m2(self, match: Match, distance_weight: float = 1.0) -> float:
         """Of that place, in each direction. distance_weight : by what strangeness counts more."""
-        least, scatter_m2, apart_m2, strange, at_edge_m2 = _witnesses(match)
+        least, scatter_m2, apart_m2, _, _ = _witnesses(match)
         usual_m2 = self.least_m2 * least + self.scatter * scatter_m2 + self.separation * apart_m2
-        return usual_m2 + distance_weight * (self.distance_m2 * strange + self.edge * at_edge_m2)
+        return usual_m2 + distance_weight * self.strange_m2(match)
+
+    def strange_m2(self, match: Match) -> float:
+        """What of the variance of a place is because the scan is unlike what was surveyed."""
+        *_, strange, at_edge_m2 = _witnesses(match)
+        return self.distance_m2 * strange + self.edge * at_edge_m2
 
 
 def _witnesses(match: Match) -> tuple[float, float, float, float, float]:
@@ -112,7 +117,7 @@ def calibrated_map(fingerprints: Sequence[Fingerprint], version: int = 0) -> Rad
     left_out = left_out_scans(of_access_points)
     radio_map = build_radio_map(of_access_points, version, floors=floors)
     sections = likeness_sections(likeness_of(of_access_points, left_out, floors))
-    sections[floor_doubt.SECTION] = np.array([floor_doubt.learnt_doubt(of_access_points, left_out, floors)])
+    sections[floor_doubt.SECTION] = floor_doubt.section_of(floor_doubt.learnt_doubt(of_access_points, left_out, floors))
     radio_map = _told(replace(radio_map, sections=sections), calibrate(of_access_points, left_out=left_out))
     if not of_beacons:
         return radio_map

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -11,17 +12,28 @@ from app.estimation.arrays import FloatArray
 
 CERTAIN = 0.9
 """Probability from which a floor may be relied upon."""
+_STEEPNESS = 7
+"""Of the fall of votes with the signal distance: from nine tenths to one tenth within a factor of two."""
 
 
 @dataclass(frozen=True, slots=True)
 class FloorSettings:
     """change : probability that the walker changed floors since the last scan; a storey further is half as likely.
-    doubt : share of a vote that any floor gets, so that no scan is certain.  switch : probability that another floor
-    must reach before the decision follows it."""
+    doubt : share of a vote that any floor gets, so that no scan is certain.  unlike : signal distance to the best point
+    of any floor at which a vote says half as much, and from which on soon nothing: a scan unlike all that was surveyed
+    was taken where nobody surveyed, be it on either floor.  switch : probability that another floor must reach before
+    the decision follows it."""
 
     change: float = 0.01
     doubt: float = 0.1
+    unlike: float = math.inf
     switch: float = 0.8
+
+    def doubted(self, votes: FloatArray, unlike: float) -> FloatArray:
+        """(f,) likelihood of each floor. votes : (f,) sums to 1.  unlike : signal distance of the scan that votes."""
+        heeded = 1.0 / (1.0 + (unlike / self.unlike) ** _STEEPNESS)
+        doubt = 1.0 - (1.0 - self.doubt) * heeded
+        return doubt / len(votes) + (1.0 - doubt) * votes
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,6 +61,7 @@ def advance_floor(
     votes: FloatArray,
     levels: Mapping[str, int] | None = None,
     settings: FloorSettings = FloorSettings(),
+    unlike: float = 0.0,
 ) -> FloorBelief:
     """The belief after one more scan; of several equal floors the first is decided at the start.
 
@@ -57,10 +70,11 @@ def advance_floor(
     belief : before, None at the first scan. Its floors may be those of an earlier map.
     floors : of the map.  votes : (f,) the scan's floor_probability, sums to 1.
     levels : storeys above ground by floor, negative below; without them every change is as likely.
+    unlike : the scan's signal distance to the best point of any floor.
     """
     prior = np.full(len(floors), 1.0 / len(floors)) if belief is None else _carried(belief, floors)
     prior = _transition(floors, levels, settings.change) @ prior
-    probability = prior * (settings.doubt / len(floors) + (1.0 - settings.doubt) * votes)
+    probability = prior * settings.doubted(votes, unlike)
     probability /= probability.sum()
     best = int(probability.argmax())
     if belief is None or belief.floor not in floors:

@@ -15,12 +15,19 @@ from app.estimation.arrays import FloatArray
 from app.wifi.fingerprint import Fingerprint
 from app.wifi.floor_decision import CERTAIN, FloorBelief, FloorSettings, advance_floor
 from app.wifi.left_out import LeftOutScans
+from app.wifi.match import Match
 from app.wifi.radio_map import RadioMap
 
 SECTION = "floor_doubt"
-"""Of the radio map: FloorSettings.doubt."""
-DOUBTS = (0.1, 0.3, 0.5)
-"""The usual one; one with which no first scan is certain; and one with which it takes three."""
+"""Of the radio map: FloorSettings.doubt and .unlike. Maps of earlier releases hold the first alone."""
+TRIED = (
+    *(FloorSettings(doubt=doubt) for doubt in (0.1, 0.3, 0.5)),
+    *(FloorSettings(unlike=unlike) for unlike in (0.5, 0.4, 0.3, 0.25, 0.2, 0.16, 0.12)),
+    FloorSettings(doubt=0.5, unlike=0.12),
+)
+"""The usual doubt; one with which no first scan is certain; one with which it takes three, where floors sound alike.
+Then, where parts of a floor were not surveyed and sound like the floor above, votes of scans that are ever less unlike
+the survey: of surveyed places in the mall nine in ten are less so than 0.2."""
 WRONG_AT_MOST = 0.01
 """Share of scans after which the decision may be certain of a wrong floor. Left-out walks leave gaps that visitors do
 not meet: in simulation where they are 2 to 7 % of scans they are 0 to 2 % of a visitor's, and where 1 % none."""
@@ -29,37 +36,43 @@ not meet: in simulation where they are 2 to 7 % of scans they are 0 to 2 % of a 
 def floor_settings(radio_map: RadioMap) -> FloorSettings:
     """What was learnt when the map was published; the usual settings for a map that carries nothing."""
     section = radio_map.sections.get(SECTION)
-    return FloorSettings() if section is None else FloorSettings(doubt=float(section[0]))
+    learnt = {} if section is None else dict(zip(("doubt", "unlike"), section.tolist(), strict=False))
+    return FloorSettings(**learnt)
 
 
-def learnt_doubt(fingerprints: Sequence[Fingerprint], left_out: LeftOutScans, floors: Sequence[str]) -> float:
-    """The least doubt of DOUBTS with which certainty was earned on the walks of a survey, or else the greatest.
+def section_of(learnt: FloorSettings) -> FloatArray:
+    """What floor_settings reads."""
+    return np.array([learnt.doubt, learnt.unlike])
+
+
+def learnt_doubt(fingerprints: Sequence[Fingerprint], left_out: LeftOutScans, floors: Sequence[str]) -> FloorSettings:
+    """The first of TRIED with which certainty was earned on the walks of a survey, or else the last.
 
     Parameters
     ----------
     left_out : its scans on maps without their walk.  floors : of the map.
     """
     if len(floors) == 1 or not len(left_out.scan):
-        return DOUBTS[0]
+        return TRIED[0]
     taken_s = np.array([fingerprints[at].time_s for at in left_out.scan.tolist()])
     order = np.lexsort((taken_s, left_out.walk))
-    votes = [left_out.match[at].floor_probability for at in order.tolist()]
+    matches = [left_out.match[at] for at in order.tolist()]
     true = [fingerprints[at].floor for at in left_out.scan[order].tolist()]
     walk = left_out.walk[order].tolist()
-    for doubt in DOUBTS:
-        if _wrongly_certain(votes, true, walk, tuple(floors), FloorSettings(doubt=doubt)) <= WRONG_AT_MOST:
-            return doubt
-    return DOUBTS[-1]
+    for tried in TRIED:
+        if _wrongly_certain(matches, true, walk, tuple(floors), tried) <= WRONG_AT_MOST:
+            return tried
+    return TRIED[-1]
 
 
 def _wrongly_certain(
-    votes: Sequence[FloatArray], true: Sequence[str], walk: Sequence[int], floors: tuple[str, ...], tried: FloorSettings
+    matches: Sequence[Match], true: Sequence[str], walk: Sequence[int], floors: tuple[str, ...], tried: FloorSettings
 ) -> float:
     """Share of scans, walk by walk in order of time, after which a wrong floor is certain."""
     belief: FloorBelief | None = None
     wrong = 0
-    for at, of_scan in enumerate(votes):
+    for at, match in enumerate(matches):
         belief = None if at == 0 or walk[at] != walk[at - 1] else belief
-        belief = advance_floor(belief, floors, of_scan, settings=tried)
+        belief = advance_floor(belief, floors, match.floor_probability, settings=tried, unlike=match.unlike)
         wrong += belief.floor != true[at] and belief.certainty >= CERTAIN
-    return wrong / len(votes)
+    return wrong / len(matches)

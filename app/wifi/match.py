@@ -22,6 +22,7 @@ class Match:
     0 of one neighbour, so whoever fuses it adds what a lone neighbour leaves open.
     points : (k,) neighbours, best first.  distance : (k,) of each, in the matcher's unit.  weight : (k,) sums to 1.
     known : access points of the scan that the map knows.
+    unlike : signal distance to the best point of any floor; 0 of a matcher that does not say.
     separation_m2 : mean square, in each direction, of how far the place moves when a group of access points is left
     out, as the jackknife counts it; 0 of a matcher that does not try.
     few_known : access points with which chance is half of the strangeness.
@@ -38,6 +39,7 @@ class Match:
     distance: FloatArray
     weight: FloatArray
     known: int
+    unlike: float = 0.0
     separation_m2: float = 0.0
     few_known: float = 0.0
     parted_m: FloatArray = field(default_factory=lambda: np.zeros(2))

@@ -106,7 +106,7 @@ def soft_match(
     weight = np.exp((distance[chosen[0]] - distance[chosen]) / settings.softness)
     neighbours = chosen if points is None else points[chosen]
     match = matched(index, neighbours, distance[chosen], weight, votes, known)
-    match = replace(match, few_known=settings.few_known)
+    match = replace(match, few_known=settings.few_known, unlike=float(distance.min()))
     if products is None:
         return match
     places_m = separated(products, index, match.floor, settings.softness, match.xy_m)

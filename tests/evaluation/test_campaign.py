@@ -5,6 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from app.errors import InvalidInput, SurefixError
 from app.evaluation.campaign import Protocol, coverage_of, read_walks, run, walked_in
@@ -55,6 +57,17 @@ def test_folds_are_pooled_and_every_walk_is_walked_once(folders: list[FloorFolde
     answers = run(folders, walks, {"m": ODOMETER}, Protocol(folds=3, tested=tested))["m"]
     assert len({(a.floor, a.walk) for a in answers}) == 2 * WALKS
     assert all(is_test_walk(a.walk, 3, a.fold) for a in answers)
+
+
+@given(share=st.tuples(st.floats(0.01, 1.0), st.floats(0.01, 1.0)), fold=st.integers(0, 4))
+def test_a_thinner_survey_is_a_part_of_a_denser_one_and_never_holds_a_test_walk(
+    share: tuple[float, float], fold: int
+) -> None:
+    names = [f"walk-{number}" for number in range(60)]
+    thin, dense, whole = (
+        {name for name in names if Protocol(survey_share=one).surveys(name, fold)} for one in (*sorted(share), 1.0)
+    )
+    assert thin <= dense <= whole == {name for name in names if not is_test_walk(name, 5, fold)}
 
 
 def test_no_more_walks_of_a_floor_than_the_limit_are_replayed_and_none_of_the_rest_becomes_survey(
@@ -116,7 +129,15 @@ def test_a_position_that_is_not_finite_stops_the_evaluation(walks: list[Recorded
 
 @pytest.mark.parametrize(
     ("field", "value"),
-    [("folds", 1), ("tested", (5,)), ("tested", ()), ("seconds", 0.0), ("risk", 0.5), ("alert_limit_m", 0.0)],
+    [
+        ("folds", 1),
+        ("tested", (5,)),
+        ("tested", ()),
+        ("seconds", 0.0),
+        ("risk", 0.5),
+        ("alert_limit_m", 0.0),
+        ("survey_share", 0.0),
+    ],
 )
 def test_a_protocol_that_cannot_be_run_is_refused(field: str, value: object) -> None:
     with pytest.raises(InvalidInput):

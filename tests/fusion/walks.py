@@ -45,12 +45,12 @@ def world() -> World:
 
 
 @lru_cache
-def site() -> Site:
-    """Every floor surveyed on a grid, each place as it sounds on average."""
+def site(surveyed_from_m: float = 0.0) -> Site:
+    """Every floor surveyed on a grid, each place as it sounds on average; nothing west of where surveyors began."""
     points, floors = world().access_points, world().building.floors
     surveyed = []
     for floor in floors:
-        for x_m in np.arange(1.0, floor.width_m, SPACING_M):
+        for x_m in np.arange(surveyed_from_m + 1.0, floor.width_m, SPACING_M):
             for y_m in np.arange(1.0, floor.height_m, SPACING_M):
                 radio, level_dbm = points.mean_dbm(floor, np.tile([x_m, y_m], (len(points.level), 1)))
                 level = np.full(len(points.level), -200.0)

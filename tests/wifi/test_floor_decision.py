@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.wifi.floor_decision import FloorBelief, advance_floor
+from app.wifi.floor_decision import FloorBelief, FloorSettings, advance_floor
 
 FLOORS = ("B2", "B1", "F1")
 LEVELS = {"B2": -2, "B1": -1, "F1": 0}
@@ -68,3 +68,25 @@ def test_a_new_map_with_other_floors_carries_the_belief_over() -> None:
     gone = advance_floor(belief, ("F7",), voted("F7", ("F7",)))
     assert gone.floor == "F7"
     assert gone.certainty == 1.0
+
+
+UNLIKE = FloorSettings(unlike=0.3)
+
+
+def test_scans_unlike_anything_surveyed_are_never_certain_however_many_agree() -> None:
+    belief = None
+    for _ in range(20):
+        belief = advance_floor(belief, FLOORS, voted("B1"), LEVELS, UNLIKE, unlike=0.9)
+    assert belief is not None
+    assert belief.certainty < 0.5
+
+
+@given(unlike=st.tuples(st.floats(0.0, 1.0), st.floats(0.0, 1.0)))
+def test_the_more_unlike_the_survey_a_scan_is_the_less_its_vote_counts(unlike: tuple[float, float]) -> None:
+    near, far = (advance_floor(None, FLOORS, voted("B1"), LEVELS, UNLIKE, unlike=one) for one in sorted(unlike))
+    assert near.certainty >= far.certainty - 1e-12
+
+
+def test_where_no_limit_was_learnt_the_distance_does_not_matter() -> None:
+    near, far = (advance_floor(None, FLOORS, voted("B1"), LEVELS, unlike=one) for one in (0.0, 1.0))
+    assert np.array_equal(near.probability, far.probability)
