@@ -7,11 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from app.fusion.cloud_place import Place
 from app.fusion.interface import SessionStart, Site
 from app.fusion.surefix import SUREFIX
 from app.fusion.surefix_settings import SurefixSettings
 from app.observations import AxisSamples, Batch, Fix, Flag, Position, WifiScan
+from app.wifi.fix_calibration import DEFAULT
 from tests.fusion.walks import errors_m, lying, run, site, walked
 
 HOME = walked(5)
@@ -118,6 +122,19 @@ def test_where_nobody_surveyed_levels_stay_wide_and_hold_for_as_long_as_scans_ar
     assert outside.sum() > 30
     assert np.median(level_m[outside]) > 40.0
     assert not well_inside.any() or level_m[well_inside].min() < 15.0
+
+
+@given(strange_m2=st.tuples(st.floats(0.0, 1e4), st.floats(0.0, 1e4)))
+def test_radii_and_covariance_grow_with_strangeness_beyond_what_surveyed_places_have(
+    strange_m2: tuple[float, float],
+) -> None:
+    settings, here = SurefixSettings(), Place(np.zeros(2), 4.0 * np.eye(2), 3.0, 6.0)
+    less, more = sorted(strange_m2)
+    assert settings.accuracy_m(here, less, DEFAULT) <= settings.accuracy_m(here, more, DEFAULT)
+    assert settings.level_m(here, less, 0.01, DEFAULT) <= settings.level_m(here, more, 0.01, DEFAULT)
+    assert settings.covariance_m2(here, less, DEFAULT)[0, 0] <= settings.covariance_m2(here, more, DEFAULT)[0, 0]
+    if more <= settings.strange_usual_m2:
+        assert settings.level_m(here, 0.0, 0.01, DEFAULT) == settings.level_m(here, more, 0.01, DEFAULT)
 
 
 def test_a_smaller_risk_asks_for_a_wider_level() -> None:
