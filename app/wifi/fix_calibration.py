@@ -30,6 +30,9 @@ SECTION = "fix_calibration"
 """Of the radio map: the numbers below in the order of the fields."""
 LEAST_WALKS = 4
 """Of fewer, leaving one out leaves no map of the building; the defaults then stand."""
+FEW_WALKS_WEIGHT = 2.0
+"""By what their distance_m2 counts more: few walks leave most places to nobody. On maps of two of the mall's walks
+1.5 % of answers are hazardous at 20 m without it, and 0.3 % with it."""
 REACH_95 = 2.5
 """Conformal 95 % of errors in standard deviations of the surveys that the levels were set on: the mall, folds 1-4."""
 REACH_PRIOR_WALKS = 20.0
@@ -135,13 +138,13 @@ def calibrate(
     default: FixCalibration = DEFAULT,
     left_out: LeftOutScans | None = None,
 ) -> FixCalibration:
-    """Learn from what a survey heard of one radio; the defaults if in fewer than LEAST_WALKS walks.
+    """Learn from what a survey heard of one radio; in fewer than LEAST_WALKS walks the defaults, with more caution.
 
     left_out : its scans, where they have been placed already.
     """
     walks = len({(one.floor, one.walk) for one in fingerprints})
     if walks < LEAST_WALKS:
-        return default
+        return replace(default, distance_m2=FEW_WALKS_WEIGHT * default.distance_m2)
     left_out = left_out or left_out_scans(fingerprints, matching)
     if len(left_out.match) < LEAST_WALKS:
         return default

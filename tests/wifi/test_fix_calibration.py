@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from app.wifi.fingerprint import Fingerprint
 from app.wifi.fix_calibration import (
     DEFAULT,
+    FEW_WALKS_WEIGHT,
     LEAST_FINENESS,
     LEAST_WALKS,
     SECTION,
@@ -65,10 +66,10 @@ def test_a_walk_is_never_judged_by_a_map_it_is_part_of() -> None:
     assert len(error_m) == 0
 
 
-def test_a_survey_of_few_walks_leaves_the_defaults() -> None:
-    assert calibrate(walks(LEAST_WALKS - 1, 2.0)) == DEFAULT
+def test_a_survey_of_few_walks_leaves_the_defaults_but_trusts_strange_scans_less() -> None:
+    cautious = replace(DEFAULT, distance_m2=FEW_WALKS_WEIGHT * DEFAULT.distance_m2)
+    assert calibrate(walks(LEAST_WALKS - 1, 2.0)) == cautious == calibrate([])
     assert calibration_of(build_radio_map(walks(2, 2.0))) == DEFAULT
-    assert calibrate([]) == DEFAULT
 
 
 def test_what_was_learnt_is_stored_with_the_map() -> None:
