@@ -8,7 +8,7 @@ hears. Where that makes it very much liker, the phone is deaf to them, and they 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -33,8 +33,8 @@ class HearingSettings:
     that hears half are further than 0.28.
     liker : share that the distance must fall to. Of clean scans it falls to 0.8 in 1 of 10, else to more; of those with
     half of the access points to 0.42 or less in 9 of 10.
-    known : share of the scan's access points that the map must know. Of a deaf phone it does, in 19 of 20 scans 98 in
-    100; where nobody surveyed all that is heard far from there is missing as well, but much of what is heard is new.
+    known : share of the scan's access points that the map must know for that to be sure. Of a deaf phone it does, in 19
+    of 20 scans 98 in 100; where nobody surveyed all that is heard far from there is missing as well, but much is new.
     remembered : access points at most, the longest unheard are forgotten first.
     """
 
@@ -62,12 +62,14 @@ def after(hearing: Hearing, scan: WifiScan, settings: HearingSettings) -> Hearin
 class HeardMatch:
     """Where a scan was placed.
 
+    strange : the match that says how unlike the survey the scan is: another, where the phone may be deaf, or elsewhere.
     fresh : the readings that count.  unheeded : (u,) access points that the map was read without.
     foreign : (f,) access points of the scan that are left out, because nobody heard them there.
     otherwise_m : (2,) where many of these are at home, if they are many.
     """
 
     match: Match
+    strange: Match
     fresh: WifiScan
     unheeded: IntArray
     foreign: IntArray
@@ -118,9 +120,8 @@ def match_heard(
     if told is None:
         return None
     match, fresh, unheeded = told.match, only(fresh, told.kept), np.union1d(unheeded, told.foreign)
-    plain = HeardMatch(match, fresh, unheeded, told.foreign, told.otherwise_m)
-    known = np.count_nonzero(within(fresh.bssid, radio_map.bssid))
-    if match.signal_distance < settings.suspect or known < settings.known * len(fresh.bssid):
+    plain = HeardMatch(match, match, fresh, unheeded, told.foreign, told.otherwise_m)
+    if match.signal_distance < settings.suspect:
         return plain
     # a scan may hold more than is remembered
     never = np.setdiff1d(radio_map.bssid, np.union1d(hearing.bssid, fresh.bssid), assume_unique=True)
@@ -128,4 +129,6 @@ def match_heard(
     deaf = soft_match(radio_map, fresh.bssid, fresh.rssi_dbm, WIFI_MATCH, where, unheeded=unheeded)
     if deaf is None or deaf.signal_distance > settings.liker * match.signal_distance:
         return plain
-    return HeardMatch(deaf, fresh, unheeded, told.foreign, told.otherwise_m)
+    sure = np.count_nonzero(within(fresh.bssid, radio_map.bssid)) >= settings.known * len(fresh.bssid)
+    strange = deaf if sure else match
+    return HeardMatch(replace(deaf, unlike=strange.unlike), strange, fresh, unheeded, told.foreign, told.otherwise_m)

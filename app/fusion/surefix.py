@@ -143,7 +143,7 @@ def _scanned(
     believed = not state.prior_only and (state.rivalry is None or not state.rivalry.fault)
     facing, turned = placed(state.facing, place_m, variance_m2, believed, settings.facing)
     state = replace(state, floor=floor, storeys=storeys, radio_s=scan.time_s, otherwise_m=found.otherwise_m)
-    newest_m2 = settings.distance_weight * calibration.strange_m2(match)
+    newest_m2 = settings.distance_weight * calibration.strange_m2(found.strange)
     state = replace(state, facing=facing, strange_m2=settings.strange_m2(state.strange_m2, newest_m2))
     if changed and storeys.changing and state.track is not None:
         state, changed = replace(state, track=landed(state.track, settings.stairs_sigma_m)), False

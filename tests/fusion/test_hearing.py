@@ -79,13 +79,16 @@ def test_a_scan_unlike_everything_stays_unlike_for_a_phone_that_has_heard_the_re
     assert match is not None and match.signal_distance > 0.3
 
 
-def test_a_scan_much_of_which_is_new_to_the_map_is_of_another_place_and_not_of_a_deaf_phone() -> None:
+def test_a_scan_much_of_which_is_new_to_the_map_stays_strange_though_the_phone_may_be_deaf() -> None:
     scan = scan_at(30.0, BSSID[np.arange(40) % 4 > 0])
     new = np.arange(1000, 1000 + len(scan.bssid))
     faint = np.full(len(new), -85.0)
-    strange = WifiScan(0.0, np.append(scan.bssid, new), np.append(scan.rssi_dbm, faint), np.zeros(2 * len(new)))
-    match = matched(strange, after(Hearing(), strange, SETTINGS))
-    assert match is not None and match.signal_distance > 0.2
+    mixed = WifiScan(0.0, np.append(scan.bssid, new), np.append(scan.rssi_dbm, faint), np.zeros(2 * len(new)))
+    for heard, strange in ((scan, False), (mixed, True)):
+        found = match_heard(MAP, heard, after(Hearing(), heard, SETTINGS), NOTHING, 3, SETTINGS)
+        assert found is not None
+        assert abs(found.match.xy_m[0] - 30.0) < 2.0 and found.match.signal_distance < 0.02
+        assert (found.strange.signal_distance > 0.2) == strange == (found.match.unlike > 0.2)
 
 
 def test_access_points_that_are_not_relied_on_count_on_neither_side() -> None:
