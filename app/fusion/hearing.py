@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from app.estimation.arrays import FloatArray, IntArray, within
+from app.estimation.arrays import FloatArray, IntArray
 from app.fusion.state_codec import storable
 from app.observations import WifiScan
 from app.wifi.foreign import explained
@@ -129,6 +129,5 @@ def match_heard(
     deaf = soft_match(radio_map, fresh.bssid, fresh.rssi_dbm, WIFI_MATCH, where, unheeded=unheeded)
     if deaf is None or deaf.signal_distance > settings.liker * match.signal_distance:
         return plain
-    sure = np.count_nonzero(within(fresh.bssid, radio_map.bssid)) >= settings.known * len(fresh.bssid)
-    strange = deaf if sure else match
+    strange = deaf if match.known >= settings.known * len(fresh.bssid) else match
     return HeardMatch(replace(deaf, unlike=strange.unlike), strange, fresh, unheeded, told.foreign, told.otherwise_m)
