@@ -27,6 +27,8 @@ $(BIN)/python:
 	@echo "installing what Surefix runs on; this takes a minute, once"
 	$(LOCKED) requirements/run.txt
 	$(PACKAGE)
+	@echo "compiling what every request needs; this takes one to three minutes, once"
+	$(BIN)/python -c "from app.fusion.warm_up import warm_up; warm_up()"
 	@touch $@
 
 .venv/dev.stamp: requirements/dev.txt .venv/run.stamp

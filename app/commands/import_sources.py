@@ -204,8 +204,10 @@ def _add_logs(plan: ImportPlan, paths: list[Path], scratch: Path, frames: Mappin
             plan.floors.setdefault(one.floor, ImportFloor(one.floor, one.level, width_m, height_m, origin))
     placed = {one.floor: frames.get(one.floor) or origin for one in waypoints}
     walks: dict[str, list[Path]] = {}
-    for path, stretches in logs.items():
-        converted = [scratch / f"{path.name.split('.')[0]}-{index + 1}.txt" for index in range(len(stretches))]
+    for number, (path, stretches) in enumerate(logs.items(), start=1):
+        # numbered, since logs of two folders may have one name
+        name = f"{path.name.split('.')[0]}-{number}"
+        converted = [scratch / f"{name}-{index + 1}.txt" for index in range(len(stretches))]
         with opened(path) as stream, ExitStack() as stack:
             out: list[IO[bytes]] = [stack.enter_context(one.open("xb")) for one in converted]
             write_traces(stream, stretches, placed, out)

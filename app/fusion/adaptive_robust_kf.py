@@ -19,7 +19,7 @@ from app.fusion.advancing import Findings, advanced
 from app.fusion.batch_events import Event, knows_turns
 from app.fusion.error_track import ErrorTrack, aged, begun, headed, place, stepped
 from app.fusion.fix_assembly import Phases, Walker, fix_at, no_fix
-from app.fusion.floor_choice import chosen_floor
+from app.fusion.floor_choice import chosen_floor, floor_before
 from app.fusion.heading_search import HeadingSearch, begun_at, found, walked
 from app.fusion.interface import START_SIGMA_M, Method, SessionStart, Site
 from app.fusion.robust_measuring import process_noise, robust_update, same_place
@@ -124,7 +124,7 @@ def _scanned(
         match = match_scan(site.radio_map, scan, settings.matcher, settings.least_known, floor.floor)
         if match is None:
             return state
-    changed = floor.floor != (hint if state.floor is None else state.floor.floor)
+    changed = floor.floor != floor_before(state.floor, hint)
     at_m = match.xy_m if state.track is None or changed else place(state.track, moved)[0]
     surroundings = surroundings_of(fresh_readings(scan).rssi_dbm, at_m, site.space(floor.floor))
     state = replace(state, floor=floor, radio_s=scan.time_s, surroundings=surroundings)

@@ -17,12 +17,12 @@ from app.floorplan.free_space import FreeSpace
 from app.fusion.advancing import Findings
 from app.fusion.beacon_listening import listened
 from app.fusion.fix_assembly import Phases, taken_out
+from app.fusion.floor_choice import floor_before
 from app.fusion.interface import Site
-from app.fusion.particle_cloud import landed
 from app.fusion.storeys import heard
 from app.fusion.surefix_measuring import CloudFix, TestedFix, beginning, tested
 from app.fusion.surefix_settings import SurefixSettings
-from app.fusion.surefix_state import SurefixState
+from app.fusion.surefix_state import SurefixState, on_next_floor
 from app.observations import BluetoothScan
 from app.pdr.tracker import PdrOutput
 from app.wifi.beacons import BEACON_MATCH
@@ -61,14 +61,14 @@ def with_beacons(
         match = _on_floor(beacons, told, floor.floor)
     if match is None or floor is None or (state.track is None and not _begins(match, site.radio_map, settings)):
         return state
-    changed = state.floor is not None and state.floor.floor != floor.floor
+    changed = floor.floor != floor_before(state.floor, state.start.floor_hint)
     fix = CloudFix(
         match.xy_m, calibration_of(beacons, BEACON_DEFAULT).variance_m2(match), None, now_s, source="bluetooth"
     )
     caution = settings.beacon_caution_alone if alone else settings.beacon_caution
     state = replace(state, floor=floor, storeys=storeys)
     if changed and storeys.changing and state.track is not None:
-        state, changed = replace(state, track=landed(state.track, settings.stairs_sigma_m)), False
+        state, changed = on_next_floor(state, settings.stairs_sigma_m), False
     said = replace(fix, own_m2=caution * fix.own_m2).said(floor.floor, match.signal_distance)
     space = site.space(floor.floor)
     if state.track is None or changed:

@@ -20,7 +20,7 @@ from app.fusion.carried_position import area_match, moved_on
 from app.fusion.carried_steps import Carried, CarriedStep, in_frame, reversed_by, taken, turned_round
 from app.fusion.dual_settings import DualSettings
 from app.fusion.fix_assembly import Phases, Walker, fix_at, no_fix
-from app.fusion.floor_choice import chosen_floor
+from app.fusion.floor_choice import chosen_floor, floor_before
 from app.fusion.heading_search import HeadingSearch, begun_at, found, walked
 from app.fusion.integrity_measuring import BY_WIFI, measure, phases_of
 from app.fusion.interface import Method, SessionStart, Site
@@ -146,7 +146,7 @@ def _scanned(
     now_s = state.time_s
     hint = state.start.floor_hint
     floor = chosen_floor(state.floor, hint, site.radio_map, site, match)
-    changed = floor.floor != (hint if state.floor is None else state.floor.floor)
+    changed = floor.floor != floor_before(state.floor, hint)
     match = area_match(site.radio_map, scan, floor.floor, None if changed else state.track, settings)
     if match is None:
         return state
@@ -159,10 +159,10 @@ def _scanned(
         return replace(state, track=track, search=HeadingSearch(), streak=0, phases=Phases())
 
     track = replace(state.track, bias_variance_m2=bias_m2)
-    if not settings.track.learning:
-        noise = noise + bias_m2 * np.eye(2)
+    # a filter that does not learn the lasting error takes it for noise
+    taken = noise if settings.track.learning else noise + bias_m2 * np.eye(2)
     tested, check = measure(
-        track, "wifi", scan.time_s, BY_WIFI, match.xy_m, noise, track.mean[:3], ahead_m(track, moved), settings
+        track, "wifi", scan.time_s, BY_WIFI, match.xy_m, taken, track.mean[:3], ahead_m(track, moved), settings
     )
     findings.checks.append(check)
     findings.evidence.append(replace(heard, fits=not tested.if2))

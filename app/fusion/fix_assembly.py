@@ -169,7 +169,7 @@ def assembled_fix(
         level_m = protection_level_m(spread, start.risk, estimate.tail, phases.disagreement_m)
     if accuracy_m is None:
         accuracy_m = radius_holding(spread, ACCURACY_SHARE)
-    level_m = max(level_m, phases.covers_m)
+    level_m = max(level_m, phases.covers_m, accuracy_m)
     integrity = Integrity(
         flag=flag_of(phases, coasting),
         usable=not phases.if3 and level_m <= start.alert_limit_m,
@@ -178,7 +178,7 @@ def assembled_fix(
         if3=phases.if3,
         statistic=phases.statistic,
         threshold=phases.threshold,
-        protection_level_m=max(level_m, accuracy_m),
+        protection_level_m=level_m,
         alert_limit_m=start.alert_limit_m,
         risk=start.risk,
         excluded=phases.excluded,

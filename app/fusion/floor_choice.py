@@ -16,6 +16,11 @@ HINT_WEIGHT = 3.0
 storable(FloorBelief)
 
 
+def floor_before(belief: FloorBelief | None, hint: str | None) -> str | None:
+    """The floor that a session is taken to be on before a scan."""
+    return hint if belief is None else belief.floor
+
+
 def chosen_floor(
     belief: FloorBelief | None, hint: str | None, radio_map: RadioMap, site: Site, match: Match
 ) -> FloorBelief:

@@ -17,7 +17,7 @@ from app.fusion import walking_ukf as ukf
 from app.fusion.advancing import Findings, advanced
 from app.fusion.batch_events import Event, knows_turns
 from app.fusion.fix_assembly import Phases, Walker, fix_at, no_fix
-from app.fusion.floor_choice import chosen_floor
+from app.fusion.floor_choice import chosen_floor, floor_before
 from app.fusion.heading_search import HeadingSearch, begun_at, found, walked
 from app.fusion.integrity_measuring import BY_WIFI, after_step, measure, noise_of, phases_of
 from app.fusion.integrity_settings import IntegritySettings
@@ -118,7 +118,7 @@ def _scanned(
         match = match_scan(site.radio_map, scan, settings.matcher, settings.least_known, floor.floor)
         if match is None:
             return state
-    changed = floor.floor != (hint if state.floor is None else state.floor.floor)
+    changed = floor.floor != floor_before(state.floor, hint)
     state = replace(state, floor=floor, radio_s=scan.time_s)
     noise, bias_m2 = noise_of(match, settings)
     heard = RadioFix(scan.time_s, floor.floor, match.xy_m, noise, bias_m2, match.signal_distance, fits=True)
@@ -128,10 +128,10 @@ def _scanned(
         return replace(state, track=track, search=HeadingSearch(), streak=0, apart_m=None, phases=Phases())
 
     track = replace(state.track, bias_variance_m2=bias_m2)
-    if not settings.track.learning:
-        noise = noise + bias_m2 * np.eye(2)
+    # a filter that does not learn the lasting error takes it for noise
+    taken = noise if settings.track.learning else noise + bias_m2 * np.eye(2)
     tested, check = measure(
-        track, "wifi", scan.time_s, BY_WIFI, match.xy_m, noise, track.mean[:3], ahead_m(track, moved), settings
+        track, "wifi", scan.time_s, BY_WIFI, match.xy_m, taken, track.mean[:3], ahead_m(track, moved), settings
     )
     findings.checks.append(check)
     findings.evidence.append(replace(heard, fits=not tested.if2))

@@ -22,14 +22,15 @@ from app.fusion.beacon_fixes import with_beacons
 from app.fusion.cloud_place import heading_of, place, scale_of
 from app.fusion.facing import faced, placed
 from app.fusion.fix_assembly import Estimate, Phases, Walker, assembled_fix, no_fix
+from app.fusion.floor_choice import floor_before
 from app.fusion.hearing import after, match_heard
 from app.fusion.hypotheses import Rivalry, exchanged, first_is_back, judged, rival_wins
 from app.fusion.interface import START_SIGMA_M, Method, SessionStart, Site
-from app.fusion.particle_cloud import Cloud, aged, begun, landed, stepped
+from app.fusion.particle_cloud import Cloud, aged, begun, stepped
 from app.fusion.storeys import climbed, heard
 from app.fusion.surefix_measuring import CloudFix, TestedFix, beginning, foreign_told, once_each, phases_of, tested
 from app.fusion.surefix_settings import SurefixSettings
-from app.fusion.surefix_state import SurefixState
+from app.fusion.surefix_state import SurefixState, on_next_floor
 from app.observations import Batch, Fix, InnovationCheck, Position, WifiScan
 from app.pdr.tracker import PdrOutput, initial_pdr_state
 from app.pdr.turn_doubt import led
@@ -50,8 +51,8 @@ def advance(state: SurefixState, batch: Batch, site: Site, settings: SurefixSett
         state = _moved(state, event, site, settings)
         storeys, floor, moved_on = climbed(state.storeys, state.floor, batch.barometer, event.time_s, site)
         state = replace(state, storeys=storeys, floor=floor)
-        if moved_on and state.track is not None:
-            state = replace(state, track=landed(state.track, settings.stairs_sigma_m))
+        if moved_on:
+            state = on_next_floor(state, settings.stairs_sigma_m)
         if event.scan is not None:
             watch, scan = trusted(state.watch, event.scan, site, settings.access_points)
             state = _scanned(replace(state, watch=watch), scan, event.moved, site, settings, findings)
@@ -103,7 +104,7 @@ def _moved(state: SurefixState, event: Event, site: Site, settings: SurefixSetti
 
 def _space(state: SurefixState, site: Site) -> FreeSpace:
     """Where the phone can be on the floor that it is taken to be on."""
-    floor = state.start.floor_hint if state.floor is None else state.floor.floor
+    floor = floor_before(state.floor, state.start.floor_hint)
     return NO_PLAN if floor is None else site.space(floor)
 
 
@@ -131,7 +132,7 @@ def _scanned(
         if found is None:
             return state
     match = found.match
-    changed = floor.floor != (hint if state.floor is None else state.floor.floor)
+    changed = floor.floor != floor_before(state.floor, hint)
     calibration = calibration_of(site.radio_map)
     variance_m2 = calibration.variance_m2(match, settings.distance_weight)
     lasting_m2 = settings.lasting * variance_m2
@@ -146,12 +147,13 @@ def _scanned(
     newest_m2 = settings.distance_weight * calibration.strange_m2(found.strange)
     state = replace(state, facing=facing, strange_m2=settings.strange_m2(state.strange_m2, newest_m2))
     if changed and storeys.changing and state.track is not None:
-        state, changed = replace(state, track=landed(state.track, settings.stairs_sigma_m)), False
+        state, changed = on_next_floor(state, settings.stairs_sigma_m), False
     said = fix.said(floor.floor, match.signal_distance)
     if state.track is None or changed or by_beacons or turned:
         findings.evidence.append(said)
         track = beginning(fix, now_s, _space(state, site), settings, state.track)
-        return replace(state, track=track, rivalry=None, phases=Phases(excluded=foreign_told(found)))
+        phases = Phases(excluded=foreign_told(found))
+        return replace(state, track=track, rivalry=None, prior_only=False, phases=phases)
 
     first = tested(state.track, fix, moved, _space(state, site), settings)
     findings.checks.append(first.check)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from app.estimation.arrays import FloatArray
 from app.fusion.access_point_watch import AccessPointWatch
@@ -12,7 +12,7 @@ from app.fusion.fix_assembly import Phases
 from app.fusion.hearing import Hearing
 from app.fusion.hypotheses import Rivalry
 from app.fusion.interface import SessionStart
-from app.fusion.particle_cloud import Cloud
+from app.fusion.particle_cloud import Cloud, landed
 from app.fusion.state_codec import storable
 from app.fusion.storeys import Storeys
 from app.pdr.tracker import PdrState
@@ -32,6 +32,7 @@ class SurefixState:
     phases : what the newest scan's test found.  storeys : what the barometer says of the floor.
     ear : what was heard of Bluetooth beacons.  watch : access points that are not relied on.
     hearing : those that the phone has heard.  turns : whether its gyroscope can be believed.  facing : how it is held.
+    otherwise_m : (2,) where much that the newest scan holds is at home instead; None where nothing is.
     strange_m2 : variance that scans have lately for being unlike the survey.
     """
 
@@ -59,3 +60,11 @@ class SurefixState:
         """The newest usable scan of either radio; None before the first."""
         heard = [at for at in (self.radio_s, self.ear.placed_s) if at is not None]
         return max(heard) if heard else None
+
+
+def on_next_floor(state: SurefixState, sigma_m: float) -> SurefixState:
+    """The state on another floor, both accounts where they were in plan, to sigma_m in each direction."""
+    track, rivalry = state.track, state.rivalry
+    if rivalry is not None:
+        rivalry = replace(rivalry, rival=landed(rivalry.rival, sigma_m))
+    return replace(state, track=None if track is None else landed(track, sigma_m), rivalry=rivalry)

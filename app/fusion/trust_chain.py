@@ -17,7 +17,7 @@ from app.fusion.batch_events import Event
 from app.fusion.chain import Chain, aged, ahead_m, begun, fused, north_found, stepped
 from app.fusion.fix_assembly import Phases, Walker, fix_at, no_fix
 from app.fusion.fix_trial import tried
-from app.fusion.floor_choice import chosen_floor
+from app.fusion.floor_choice import chosen_floor, floor_before
 from app.fusion.interface import START_SIGMA_M, Method, SessionStart, Site
 from app.fusion.scan_matching import HEAVY_TAILS, said
 from app.fusion.state_codec import storable
@@ -116,7 +116,7 @@ def _scanned(
         match = match_among(radio_map, loud, points, settings.signal, floor.decided)
         if match is None:
             return state
-    changed = floor.floor != (hint if state.floor is None else state.floor.floor)
+    changed = floor.floor != floor_before(state.floor, hint)
     state = replace(state, floor=floor, radio_s=scan.time_s)
     chain = state.chain
     if chain is None or changed:

@@ -74,7 +74,7 @@ def after_fix(mistrust: float, trusted: bool, settings: TrustChainSettings) -> f
 
 
 def state_after(trust: Trust, mistrust: float, trusted: bool, settings: TrustChainSettings) -> Trust:
-    """The state machine of figure 8, with TC as it is after the fix."""
+    """The state machine of figure 8, with the TC that weighs the fix: from 1 on it counts as much as the steps."""
     if trusted:
         return Trust.TRUSTED_LOCKED
     if trust is Trust.UNLOCKED or mistrust >= settings.unlocked_from:

@@ -18,7 +18,7 @@ from app.fusion.advancing import Findings, advanced
 from app.fusion.batch_events import Event, knows_turns
 from app.fusion.fix_assembly import Phases, Walker, fix_at, no_fix
 from app.fusion.fix_trial import tried
-from app.fusion.floor_choice import chosen_floor
+from app.fusion.floor_choice import chosen_floor, floor_before
 from app.fusion.heading_search import HeadingSearch, walked
 from app.fusion.interface import START_SIGMA_M, Method, SessionStart, Site
 from app.fusion.position_ekf import StepTrack
@@ -124,7 +124,7 @@ def _scanned(
 ) -> TwoStageState:
     if site.radio_map is None or state.time_s is None or (state.radio_s is not None and not settings.use_scans):
         return state
-    before = state.start.floor_hint if state.floor is None else state.floor.floor
+    before = floor_before(state.floor, state.start.floor_hint)
     state, match = _matched(state, fresh_readings(scan), before, site.radio_map, site, settings)
     floor, track = state.floor, state.track
     if match is None or floor is None:

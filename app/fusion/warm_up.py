@@ -4,27 +4,28 @@ from __future__ import annotations
 
 import numpy as np
 
+from app.estimation.arrays import FloatArray, IntArray
 from app.fusion.interface import Floor, SessionStart, Site
 from app.fusion.methods import METHODS
 from app.fusion.state_codec import decode_state, encode_state
 from app.fusion.track_smoothing import smoothed
 from app.fusion.walk_timeline import Moment
 from app.observations import AxisSamples, Batch, Fix, Motion, WifiScan
-from app.pdr import kernels as pdr_kernels
 from app.wifi import kernels as wifi_kernels
 from app.wifi.fingerprint import Fingerprint
 from app.wifi.radio_map import build_radio_map
 
-SECONDS = 6
+SECONDS = 8
+AWAY_FROM_S = 6
+"""From here on scans are of a place far off, which no track allows."""
 RATE_HZ = 50
 
 
 def warm_up() -> None:
     """Take every compiled function through the types that requests use; a few seconds from the cache.
 
-    Every method walks six seconds, its state stored in between, as a service does it, and the walk is smoothed.
+    Every method walks some seconds, its state stored in between, as a service does it, and the walk is smoothed.
     """
-    pdr_kernels.warm_up()
     wifi_kernels.warm_up()
     site, batches = _small_site(), [_walking(second) for second in range(SECONDS)]
     for method in METHODS.values():
@@ -37,11 +38,18 @@ def warm_up() -> None:
 
 
 def _small_site() -> Site:
-    bssid = np.arange(1, 6)
-    surveyed = [
-        Fingerprint("F1", 3.0 * k, 2.0 * (k % 2), 0.0, "walk", bssid, -50.0 - 3.0 * np.abs(bssid - k)) for k in range(6)
-    ]
-    return Site({"F1": Floor("F1", 0, 20.0, 10.0)}, build_radio_map(surveyed))
+    surveyed = [Fingerprint("F1", *_place_m(second), 0.0, "walk", *_heard(second)) for second in range(SECONDS)]
+    return Site({"F1": Floor("F1", 0, 120.0, 10.0)}, build_radio_map(surveyed))
+
+
+def _place_m(second: int) -> tuple[float, float]:
+    return 3.0 * second + (80.0 if second >= AWAY_FROM_S else 0.0), 2.0 * (second % 2)
+
+
+def _heard(second: int) -> tuple[IntArray, FloatArray]:
+    """Access points and levels; far off there are others."""
+    number = np.arange(1, 6)
+    return number + (10 if second >= AWAY_FROM_S else 0), -50.0 - 3.0 * np.abs(number - second % AWAY_FROM_S)
 
 
 def _walking(second: int) -> Batch:
@@ -50,8 +58,7 @@ def _walking(second: int) -> Batch:
     force[:, 2] = 9.81 + 3.0 * np.sin(2.0 * np.pi * 1.8 * time_s)
     still = np.zeros((RATE_HZ, 3))
     north = np.tile([0.0, 28.0, -38.0], (RATE_HZ, 1))
-    bssid = np.arange(1, 6)
-    scan = WifiScan(float(time_s[-1]), bssid, -50.0 - 3.0 * np.abs(bssid - second), np.full(5, time_s[-1]))
+    scan = WifiScan(float(time_s[-1]), *_heard(second), np.full(5, time_s[-1]))
     return Batch(
         sequence=second,
         end_s=float(time_s[-1]),

@@ -108,7 +108,7 @@ def made_report(spool: Path, radio_map: bytes, floors: Sequence[ReportFloor]) ->
 def examined(fingerprints: Sequence[Fingerprint], radio_map: RadioMap, floors: Sequence[ReportFloor]) -> Findings:
     """Everything that a survey and its radio map say about themselves. What was heard of beacons is left out."""
     fingerprints, _ = parted(fingerprints)  # the report is about WiFi
-    left_out = left_out_scans(fingerprints)
+    left_out = left_out_scans(fingerprints, floors=radio_map.floors)
     level_m = single_fix_levels_m(radio_map, left_out.match, RISK)
     learnt_from = calibration_of(radio_map).walks
     likeness = stored_likeness(radio_map.sections) or likeness_of(fingerprints, left_out, radio_map.floors)

@@ -13,10 +13,12 @@ from typing import Any
 
 import orjson
 
-from app.errors import NotFound, SurefixError
+from app.errors import DependencyDown, NotFound, SurefixError
 from app.storage.task_rows import TaskRow, TaskRows
 
 HEARTBEAT_S = 20.0
+AGAIN_S = 2.0
+"""Between two tries to write down how a task ended, while the database is away."""
 LOST_MS = 90_000
 """A task whose worker has been silent for longer has died with it."""
 KEPT_MS = 7 * 86_400_000
@@ -64,6 +66,7 @@ class Tasks:
         self._rows = rows
         self._problem = problem
         self._now_ms = now_ms
+        self._closing = False
         self.running: set[asyncio.Task[None]] = set()
 
     async def start(self, job: Job) -> str:
@@ -88,6 +91,7 @@ class Tasks:
 
     async def close(self) -> None:
         """Stop what runs; it is told as failed."""
+        self._closing = True
         for running in self.running:
             running.cancel()
         await asyncio.gather(*self.running, return_exceptions=True)
@@ -104,12 +108,27 @@ class Tasks:
                 raise  # a defect, which the log tells
         finally:
             heartbeat.cancel()
-            await self._rows.finish(task, status.value, outcome)
+            await self._finish(task, status, outcome)
 
     async def _beat(self, task: str) -> None:
         while True:
             await asyncio.sleep(HEARTBEAT_S)
-            await self._rows.keep_alive(task, self._now_ms())
+            try:
+                await self._rows.keep_alive(task, self._now_ms())
+            except DependencyDown as error:
+                _log.warning("that a task runs is told later: %s", error)
+
+    async def _finish(self, task: str, status: TaskStatus, outcome: bytes) -> None:
+        """Write down how it ended. What was done must not be told as lost, so while the service goes on it waits for
+        the database."""
+        while True:
+            try:
+                return await self._rows.finish(task, status.value, outcome)
+            except DependencyDown as error:
+                if self._closing:
+                    raise
+                _log.warning("how a task ended is told later: %s", error)
+                await asyncio.sleep(AGAIN_S)
 
     def _ended(self, running: asyncio.Task[None]) -> None:
         self.running.discard(running)

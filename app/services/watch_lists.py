@@ -100,15 +100,15 @@ class WatchLists:
         ------
         NotFound : there is no such version, or the access point is not watched.
         """
+        unwatched = NotFound(
+            f"access point {bssid[:40]!r} is not watched in radio map version {version} of {venue[:64]!r}"
+        )
         try:
             number = parse_bssid(bssid)
-            removed = is_identifier(venue) and await self._rows.remove(venue, version, number, self._now_ms())
-        except ValueError:
-            removed = False
-        if not removed:
-            raise NotFound(
-                f"access point {bssid[:40]!r} is not watched in radio map version {version} of {venue[:64]!r}"
-            )
+        except ValueError as error:
+            raise unwatched from error
+        if not (is_identifier(venue) and await self._rows.remove(venue, version, number, self._now_ms())):
+            raise unwatched
 
     async def heard(self, venue: str, site: Site, session: str, _method: str, fix: Fix) -> None:
         """Take up a new Fix of a session."""

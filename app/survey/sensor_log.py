@@ -64,7 +64,7 @@ def stretches_of(lines: Iterable[bytes], name: str, rejections: Rejections) -> l
         if line.startswith(b"POSI;"):
             try:
                 waypoints.append(_waypoint(line.rstrip().split(b";")))
-            except (ValueError, IndexError) as error:
+            except (ValueError, IndexError, OverflowError) as error:
                 reason = "too few cells" if isinstance(error, IndexError) else str(error)
                 rejections.add(f"{name}:{number}", f"POSI: {reason}")
     waypoints.sort(key=lambda one: one.time_s)

@@ -47,6 +47,8 @@ def read_rows(stream: IO[bytes]) -> Iterator[Row]:
     ValueError : it ends within a row.
     """
     while head := stream.read(_LENGTH.size):
+        if len(head) < _LENGTH.size:
+            raise ValueError("it ends within the length of a row")
         packed = stream.read(_LENGTH.unpack(head)[0])
         floor, walk, time_s, x_m, y_m, readings = ormsgpack.unpackb(packed)
         yield floor, walk, time_s, x_m, y_m, readings

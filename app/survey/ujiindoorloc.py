@@ -62,7 +62,7 @@ def read_ujiindoorloc(text: IO[str], rejections: Rejections) -> Iterator[UjiScan
             if len(cells) != len(header):
                 raise ValueError(f"{len(cells)} cells where the header has {len(header)}")
             yield _scan(row, cells, at, points)
-        except ValueError as error:
+        except (ValueError, OverflowError) as error:
             rejections.add(row, str(error))
 
 

@@ -117,7 +117,7 @@ def calibrated_map(fingerprints: Sequence[Fingerprint], version: int = 0) -> Rad
     """The radio map of a survey, and of its beacons if there are any, with what the survey says of its own errors."""
     of_access_points, of_beacons = parted(fingerprints)
     floors = sorted({one.floor for one in fingerprints})
-    left_out = left_out_scans(of_access_points)
+    left_out = left_out_scans(of_access_points, floors=floors)
     radio_map = build_radio_map(of_access_points, version, floors=floors)
     sections = likeness_sections(likeness_of(of_access_points, left_out, floors))
     sections[floor_doubt.SECTION] = floor_doubt.section_of(floor_doubt.learnt_doubt(of_access_points, left_out, floors))
@@ -143,11 +143,12 @@ def calibrate(
     left_out : its scans, where they have been placed already.
     """
     walks = len({(one.floor, one.walk) for one in fingerprints})
+    cautious = replace(default, distance_m2=FEW_WALKS_WEIGHT * default.distance_m2)
     if walks < LEAST_WALKS:
-        return replace(default, distance_m2=FEW_WALKS_WEIGHT * default.distance_m2)
+        return cautious
     left_out = left_out or left_out_scans(fingerprints, matching)
     if len(left_out.match) < LEAST_WALKS:
-        return default
+        return cautious
     witnesses = np.array([_witnesses(match) for match in left_out.match], np.float64)
     outward_m = np.array([match.outward_m for match in left_out.match], np.float64)
     parted_m = np.array([match.parted_m for match in left_out.match], np.float64)

@@ -95,7 +95,8 @@ def explained(
         return None
     rest = None
     if len(left_out) > settings.many * match.known:
-        rest = soft_match(radio_map, left_out, rssi_dbm[~kept], matching, part.floor, unheeded=bssid[kept])
+        without = np.union1d(unheeded, bssid[kept])
+        rest = soft_match(radio_map, left_out, rssi_dbm[~kept], matching, part.floor, unheeded=without)
     if rest is not None and _doubted(
         foreign(index, left_out, rest.floor, rest.xy_m, settings.around_m), rest.known, settings
     ):

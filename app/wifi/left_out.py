@@ -57,13 +57,16 @@ def left_out_scans(
     fingerprints: Sequence[Fingerprint],
     matching: SoftSettings = WIFI_MATCH,
     largest_sample: int = LARGEST_SAMPLE,
+    floors: Sequence[str] = (),
 ) -> LeftOutScans:
     """Place the scans of a survey, each without its walk. Of a large survey every so manyth scan is placed.
 
     Parameters
     ----------
     fingerprints : of one radio.
+    floors : of its map, if it has more than the fingerprints name: the matches' floors are counted among them.
     """
+    floors = sorted({*floors, *(one.floor for one in fingerprints)})  # also those whose only walk is left out
     walks, walk = np.unique([f"{one.floor} {one.walk}" for one in fingerprints], return_inverse=True)
     walk, few = walk.reshape(-1), len(walks) < FEW_WALKS
     group = walk if few else np.array([zlib.crc32(str(name).encode()) % GROUPS for name in walks], np.int64)[walk]
@@ -74,12 +77,11 @@ def left_out_scans(
         if not chosen:
             continue
         tried += chosen
-        radio_map = build_radio_map([one for one, of in zip(fingerprints, group, strict=True) if of != left_out])
+        others = [one for one, of in zip(fingerprints, group, strict=True) if of != left_out]
+        radio_map = build_radio_map(others, floors=floors)
         trees = {name: cKDTree(radio_map.xy_m[radio_map.floor == at]) for at, name in enumerate(radio_map.floors)}
         for at in chosen:
             one = fingerprints[at]
-            if one.floor not in trees:
-                continue
             match = soft_match(radio_map, one.bssid, one.rssi_dbm, matching, radio_map.floors.index(one.floor))
             if match is not None:
                 scans.append(at)

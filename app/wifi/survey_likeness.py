@@ -28,6 +28,8 @@ LEAST_DISTANCE = 1e-4
 """Logarithms are taken of no less."""
 LEAST_REPEATS = 20
 """Of visits, and of squares, from which a floor's own spread is taken."""
+LEAST_WITHIN = 1e-3
+"""Variance of a visit about its square; of a walk that was sent in twice there is none."""
 USUAL_MEAN, USUAL_BETWEEN, USUAL_WITHIN = -2.3, 0.30, 0.12
 """Of a survey too small to tell: as both mall floors (mean, variance between and within squares)."""
 
@@ -120,10 +122,11 @@ def _spread(mean: FloatArray, walks: IntArray, square_sum: FloatArray) -> tuple[
     """Mean over squares, variance between them and within them: one-way analysis of variance by moments."""
     repeats = int(walks.sum()) - len(walks)
     within = float(square_sum.sum()) / repeats if repeats >= LEAST_REPEATS else USUAL_WITHIN
+    within = max(within, LEAST_WITHIN)
     if len(mean) < LEAST_REPEATS:
         return float(mean.mean()) if len(mean) else USUAL_MEAN, USUAL_BETWEEN, within
     between = float(np.var(mean, ddof=1)) - within * float(np.mean(1.0 / walks))
-    return float(mean.mean()), max(between, 0.1 * within), max(within, 1e-3)
+    return float(mean.mean()), max(between, 0.1 * within), within
 
 
 def _means(group: IntArray, value: FloatArray, count: int) -> FloatArray:

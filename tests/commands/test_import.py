@@ -167,6 +167,14 @@ def test_a_log_of_the_sensor_app_becomes_walks_on_each_floor_it_visits(database:
     assert floors["B1F1"].height_m == pytest.approx(37.0, abs=0.1)
 
 
+def test_logs_of_one_name_in_two_folders_are_two_walks(database: str, tmp_path: Path) -> None:
+    for folder in ("may", "june"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "log.txt").write_text("\n".join(LOG))
+    report = run_import(tmp_path, "--database", database)
+    assert [one["source"] for one in report["surveys"]] == ["B1F0: 2 traces", "B1F1: 2 traces"]
+
+
 def test_the_recorded_ujiindoorloc_validation_set_is_imported(database: str) -> None:
     report = run_import(open_data("ujiindoorloc", "validationData.csv.xz"), "--database", database)
     assert (report["accepted"], report["rejected_count"], len(report["new_floors"])) == (1111, 0, 13)

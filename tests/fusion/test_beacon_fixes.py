@@ -14,7 +14,7 @@ from app.fusion.beacon_listening import KEPT_S, MOST_KEPT, PACE_S, BeaconEar, li
 from app.fusion.interface import SessionStart, Site
 from app.fusion.state_codec import decode_state, encode_state
 from app.fusion.surefix import SUREFIX
-from app.observations import Batch, BluetoothScan, Fix, Flag, WifiScan
+from app.observations import Batch, BluetoothScan, Fix, Flag, Position, WifiScan
 from app.wifi.beacons import beacon_key
 from app.wifi.fingerprint import Fingerprint
 from app.wifi.radio_map import RadioMap, build_radio_map
@@ -77,6 +77,14 @@ def test_beacons_alone_locate_a_phone() -> None:
     flags = [fix.integrity.flag for fix in fixes]
     assert Flag.FAULT not in flags and flags.count(Flag.COASTING) < 0.1 * len(flags)
     assert {fix.position.floor for fix in fixes if fix.position} == {"F1"}
+
+
+def test_a_start_on_another_floor_is_given_up_with_the_first_beacons_that_say_so() -> None:
+    here = HOME.truth(HOME.batches[0].end_s or 0.0)
+    start = SessionStart(start=Position(float(here[0]) + 30.0, float(here[1]), "F2"))
+    fixes = run(SUREFIX, [deaf(beaconed(batch)) for batch in HOME.batches], beacon_site(wifi=False), start)
+    assert np.mean(errors_m(HOME, fixes)) < 6.0
+    assert Flag.FAULT not in [fix.integrity.flag for fix in fixes]
 
 
 def test_beacons_that_no_map_knows_change_nothing() -> None:

@@ -14,6 +14,7 @@ from app.fusion.cloud_place import Place
 from app.fusion.interface import SessionStart, Site
 from app.fusion.surefix import SUREFIX
 from app.fusion.surefix_settings import SurefixSettings
+from app.fusion.surefix_state import SurefixState, on_next_floor
 from app.observations import AxisSamples, Batch, Fix, Flag, Position, WifiScan
 from app.wifi.fix_calibration import DEFAULT
 from tests.fusion.walks import errors_m, lying, run, site, walked
@@ -102,6 +103,29 @@ def test_a_wrong_start_does_not_bind_a_phone_that_stands_still() -> None:
     wrong = SessionStart(start=Position(float(here[0]) + 40.0, float(here[1]), "F1"))
     found = flags(run(SUREFIX, standing, start=wrong))
     assert Flag.FAULT in found and set(found[-4:]) == {Flag.NOMINAL}
+
+
+def test_a_start_on_another_floor_is_given_up_with_the_first_scan_that_says_so() -> None:
+    here = HOME.truth(HOME.batches[0].end_s or 0.0)
+    state = SUREFIX.start(SessionStart(start=Position(float(here[0]) + 30.0, float(here[1]), "F2")))
+    first = next(n for n, batch in enumerate(HOME.batches) if batch.wifi)
+    for batch in HOME.batches[: first + 1]:
+        state, fix = SUREFIX.advance(state, batch, site())
+    assert isinstance(state, SurefixState) and not state.prior_only
+    assert fix.position is not None and fix.position.floor == "F1"
+
+
+def test_on_the_next_floor_neither_account_keeps_what_it_knew_of_headings_and_of_the_radio() -> None:
+    batches, begin = relayed()
+    state = SUREFIX.start(SessionStart())
+    for batch in batches[: begin + 6]:
+        state, _ = SUREFIX.advance(state, batch, site())
+    assert isinstance(state, SurefixState) and state.track is not None and state.rivalry is not None
+    above = on_next_floor(state, 2.0)
+    assert above.track is not None and above.rivalry is not None
+    for before, after in ((state.track, above.track), (state.rivalry.rival, above.rivalry.rival)):
+        assert before.headed and not after.headed
+        assert after.unseen_m2 == before.unseen_m2 + 4.0 and after.bias_m2 == after.lasting_m2
 
 
 def test_a_right_start_is_kept() -> None:

@@ -11,7 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.observations import AxisSamples, Batch, Motion, Step
-from app.pdr.kernels import warm_up
 from app.pdr.tracker import PdrOutput, advance_pdr, initial_pdr_state
 from tests.pdr.phones import START_S, STREAMS, Phone, inertial_batch, run, walked
 
@@ -21,15 +20,6 @@ subsets = st.lists(st.sampled_from(STREAMS), min_size=1, max_size=4, unique=True
 
 def numbers(steps: tuple[Step, ...]) -> list[str]:
     return [repr(astuple(step)) for step in steps]
-
-
-def test_warming_up_compiles_the_signatures_that_batches_use() -> None:
-    warm_up()
-    from app.pdr import attitude, step_detection
-
-    before = len(attitude.track.signatures), len(step_detection.detect.signatures)
-    run(*WALK.batches(START_S + np.arange(1.0, 9.0)))
-    assert before == (1, 1) == (len(attitude.track.signatures), len(step_detection.detect.signatures))
 
 
 @settings(max_examples=60, deadline=None)

@@ -4,9 +4,11 @@ import asyncio
 import os
 import resource
 import signal
+import sqlite3
 import sys
 import time
 from collections.abc import Awaitable, Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +17,9 @@ import pytest
 
 from app.errors import DependencyDown, InvalidInput
 from app.services.surveys import Receipt
-from app.services.tasks import HEARTBEAT_S, LOST_MS, Tasks, TaskStatus
+from app.services.tasks import HEARTBEAT_S, LOST_MS, Tasks, TaskState, TaskStatus
 from app.services.worker_processes import WorkerProcesses
+from app.storage.database import BUSY_S
 from app.storage.task_rows import TaskRow, TaskRows
 from app.survey.admission import FloorExtent
 from app.survey.upload import SurveyFormat, Upload, read_upload
@@ -245,6 +248,26 @@ def test_tasks_that_are_stopped_or_break_are_told_as_failed(tmp_path: Path, work
         assert (await tasks.state(other)).status is TaskStatus.RUNNING
         await tasks.close()
         assert (await tasks.state(other)).status is TaskStatus.FAILED
+
+    with_service(tmp_path, workers, use)
+
+
+def test_what_was_done_while_the_database_was_away_is_told_as_done(
+    tmp_path: Path, workers: WorkerProcesses, caplog: pytest.LogCaptureFixture
+) -> None:
+    async def use(wired: Wired) -> None:
+        with closing(sqlite3.connect(tmp_path / "surveys.db", isolation_level=None)) as other:
+
+            async def done_as_it_goes_away() -> bytes:
+                other.execute("BEGIN EXCLUSIVE")
+                return b"{}"
+
+            name = await wired.tasks.start(done_as_it_goes_away)
+            await asyncio.wait(wired.tasks.running, timeout=2.0 * BUSY_S)
+            assert wired.tasks.running and "told later" in caplog.text
+            other.execute("ROLLBACK")
+            await asyncio.wait(wired.tasks.running)
+        assert await wired.tasks.state(name) == TaskState(name, TaskStatus.DONE, b"{}")
 
     with_service(tmp_path, workers, use)
 

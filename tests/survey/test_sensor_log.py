@@ -87,6 +87,7 @@ def test_a_log_without_a_date_begins_at_a_fixed_moment() -> None:
         ("POSI;2.5;1;0.0;0.0;0;0", "not filled in"),
         ("POSI;2.5;1;x;0.0;0;0", "could not convert"),
         ("POSI;2.5;1", "too few cells"),
+        ("POSI;2.5;1;40;3;inf;0", "infinity"),
         ("POSI;nan;1;40;3;0;0", "time in seconds"),
         ("POSI;2.5;1;91;3;0;0", "latitude"),
     ],

@@ -39,7 +39,14 @@ def test_mercator_metres_become_metres_on_the_ground() -> None:
 
 
 @pytest.mark.parametrize(
-    "bad", ["1,2\n", GOOD.replace("-60", "x"), GOOD.replace("4864920", "9e99"), GOOD.replace(",2,1,", ",a,1,")]
+    "bad",
+    [
+        "1,2\n",
+        GOOD.replace("-60", "x"),
+        GOOD.replace("4864920", "9e99"),
+        GOOD.replace(",2,1,", ",a,1,"),
+        GOOD.replace(",2,1,", ",inf,1,"),
+    ],
 )
 def test_a_bad_row_is_rejected_by_its_number(bad: str) -> None:
     rejections = Rejections()

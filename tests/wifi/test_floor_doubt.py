@@ -76,3 +76,17 @@ def test_what_was_learnt_is_stored_with_the_map() -> None:
 def test_what_an_earlier_release_stored_is_still_read() -> None:
     earlier = replace(build_radio_map([]), sections={SECTION: np.array([0.3])})
     assert floor_settings(earlier) == FloorSettings(doubt=0.3)
+
+
+def test_a_floor_of_one_walk_and_one_that_only_beacons_are_heard_on_are_published_with_the_others() -> None:
+    found = survey(floors_alike=False, walks=4)
+    once = [replace(one, floor="F1a", walk="only") for one in found if one.floor == "F2" and one.walk == "F2-0"]
+    key = np.array([1 << 60])
+    beacons = [replace(one, floor="F9", bssid=key, rssi_dbm=np.array([-60.0])) for one in found[:20]]
+    radio_map = calibrated_map([*found, *once, *beacons])
+    assert radio_map.floors == ("F1", "F1a", "F2", "F9")
+    placed = left_out_scans([*found, *once], floors=radio_map.floors)
+    assert {len(match.floor_probability) for match in placed.match} == {4}
+    assert {radio_map.floors[match.floor] for match in placed.match} == {"F1", "F2"}
+    on_f1 = np.array([radio_map.floors[match.floor] == "F1" for match in placed.match])
+    assert placed.floor_right[on_f1].all()

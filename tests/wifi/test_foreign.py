@@ -45,6 +45,26 @@ def test_many_that_belong_together_elsewhere_leave_that_place_open() -> None:
     assert many is not None and many.otherwise_m is not None and abs(float(many.otherwise_m[0]) - 150.0) < 6.0
 
 
+def test_what_must_not_be_relied_on_says_nothing_of_where_foreign_ones_are_at_home() -> None:
+    bssid, rssi_dbm = mixed(50.0, 150.0, 16)
+    order = np.argsort(bssid)
+    bssid, rssi_dbm = bssid[order], rssi_dbm[order]
+    unheeded = np.setdiff1d(ACCESS_POINTS[np.abs(AT_M - 150.0) < 40.0], bssid)
+    assert len(unheeded) > 20
+    plain, wary = (
+        explained(MAP, bssid, rssi_dbm, match, WIFI_MATCH, None, out)
+        for out in (NOTHING, unheeded)
+        for match in [soft_match(MAP, bssid, rssi_dbm, WIFI_MATCH, unheeded=out)]
+        if match is not None
+    )
+    assert plain is not None and wary is not None
+    without = soft_match(
+        MAP, plain.foreign, rssi_dbm[~plain.kept], WIFI_MATCH, 0, unheeded=np.union1d(unheeded, bssid[plain.kept])
+    )
+    assert without is not None and wary.otherwise_m is not None
+    assert wary.otherwise_m == pytest.approx(without.xy_m)
+
+
 def test_a_scan_that_is_half_of_one_place_and_half_of_another_says_nothing() -> None:
     assert told(*mixed(50.0, 150.0, 40, loud_db=0.0))[1] is None
 

@@ -15,6 +15,7 @@ from app.wifi.survey_likeness import (
     CELLS,
     FLOORS,
     LEAST_DISTANCE,
+    LEAST_WITHIN,
     REACH_M,
     USUAL_BETWEEN,
     USUAL_MEAN,
@@ -125,3 +126,13 @@ def test_a_report_of_a_survey_without_wifi_is_read_back() -> None:
     stored = stored_likeness({CELLS: np.array([]), FLOORS: np.array([])})
     assert stored is not None
     assert (len(stored.scans), len(stored.floor_mean)) == (0, 0)
+
+
+def test_walks_that_were_sent_in_twice_leave_a_spread_to_expect() -> None:
+    survey = walks(40, 2.0)
+    again = [replace(one, walk=f"{one.walk} again") for one in survey]
+    radio_map = calibrated_map([*survey, *again])
+    likeness = stored_likeness(radio_map.sections)
+    assert likeness is not None
+    expected = likeness.expected(0, (1, 0))
+    assert expected.within >= LEAST_WITHIN and math.isfinite(expected.mean) and expected.variance > 0.0
