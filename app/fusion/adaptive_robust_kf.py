@@ -22,10 +22,10 @@ from app.fusion.fix_assembly import Phases, Walker, fix_at, no_fix
 from app.fusion.floor_choice import chosen_floor, floor_before
 from app.fusion.heading_search import HeadingSearch, begun_at, found, walked
 from app.fusion.interface import START_SIGMA_M, Method, SessionStart, Site
-from app.fusion.robust_measuring import process_noise, robust_update, same_place
+from app.fusion.robust_measuring import process_noise, robust_update
 from app.fusion.scan_matching import match_scan, said
 from app.fusion.state_codec import storable
-from app.integrity.fault_detection import streak_after
+from app.integrity.fault_detection import same_place, streak_after
 from app.observations import Batch, Fix, InnovationCheck, WifiScan
 from app.pdr.step_length import linear_length_m, swing_of_mps2
 from app.pdr.tracker import PdrOutput, PdrState, initial_pdr_state
@@ -140,7 +140,7 @@ def _scanned(
     fault = streak >= settings.fault_after
     apart_m = updated.check.innovation.copy() if updated.phases.if2 else None
     phases = replace(updated.phases, if3=int(fault))
-    if fault and same_place(apart_m, state.apart_m, variance_m2, settings):
+    if fault and same_place(apart_m, state.apart_m, variance_m2, settings.agree_sigmas):
         return replace(_begun(state, match.xy_m, variance_m2, settings), phases=phases)
     track, search = (updated.track, state.search) if track.headed else _sought(updated.track, state.search)
     return replace(state, track=track, search=search, streak=streak, apart_m=apart_m, phases=phases)

@@ -34,7 +34,7 @@ from app.fusion.walking_track import (
     place,
     scale_of,
 )
-from app.integrity.fault_detection import is_fault, streak_after
+from app.integrity.fault_detection import is_fault, same_place, streak_after
 from app.observations import Batch, Fix, InnovationCheck, RadioFix, WifiScan
 from app.pdr.tracker import PdrOutput, PdrState, initial_pdr_state
 from app.wifi.floor_decision import FloorBelief
@@ -139,26 +139,13 @@ def _scanned(
     fault = is_fault(streak, settings.monitor)
     apart_m = check.innovation.copy() if tested.if2 else None
     phases = phases_of(tested, check, fault)
-    if fault and _agree(apart_m, state.apart_m, noise, bias_m2, settings):
+    fix_m2 = float(np.trace(noise)) / 2.0 + bias_m2
+    if fault and same_place(apart_m, state.apart_m, fix_m2, settings.agree_sigmas):
         track = begun(match.xy_m, noise, bias_m2, now_s, settings.track, track)
         return replace(state, track=track, search=HeadingSearch(), streak=0, apart_m=None, phases=phases)
     track = replace(track, mean=tested.mean, covariance=tested.covariance)
     track, search = (track, state.search) if track.headed else _sought(track, state.search)
     return replace(state, track=track, search=search, streak=streak, apart_m=apart_m, phases=phases)
-
-
-def _agree(
-    one_m: FloatArray | None,
-    other_m: FloatArray | None,
-    noise: FloatArray,
-    bias_m2: float,
-    settings: IntegritySettings,
-) -> bool:
-    """Whether two failed fixes lie equally far from where the steps led: then it is the track that is wrong."""
-    if one_m is None or other_m is None:
-        return False
-    sigma_m = math.sqrt(2.0 * (float(np.trace(noise)) / 2.0 + bias_m2))
-    return float(np.hypot(*(one_m - other_m))) <= settings.agree_sigmas * sigma_m
 
 
 def _sought(track: Track, search: HeadingSearch) -> tuple[Track, HeadingSearch]:

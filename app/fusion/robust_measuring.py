@@ -74,12 +74,3 @@ def robust_update(
     phases = Phases(int(failed), int(outlier), 0, statistic, threshold, apart_m, excluded)
     check = InnovationCheck("wifi", time_s, innovation, sigma, statistic, threshold, outlier, not outlier)
     return Updated(put_right(track, error, covariance), phases, check)
-
-
-def same_place(
-    one_m: FloatArray | None, other_m: FloatArray | None, variance_m2: float, settings: AdaptiveRobustSettings
-) -> bool:
-    """Whether two outliers lie equally far from where the steps led: then it is the track that is wrong."""
-    if one_m is None or other_m is None:
-        return False
-    return float(np.hypot(*(one_m - other_m))) <= settings.agree_sigmas * math.sqrt(2.0 * variance_m2)

@@ -105,3 +105,16 @@ def streak_after(streak: int, if2: int) -> int:
 def is_fault(streak: int, settings: MonitorSettings) -> bool:
     """Whether so many failed tests in a row are a fault rather than outliers (IF3)."""
     return streak >= settings.fault_after
+
+
+def same_place(one_m: FloatArray | None, other_m: FloatArray | None, variance_m2: float, agree_sigmas: float) -> bool:
+    """Whether two fixes that failed lie equally far from where the steps led: then it is the track that is wrong.
+
+    Parameters
+    ----------
+    one_m, other_m : (2,) innovations, None where there was none.  variance_m2 : of a fix, in each direction.
+    agree_sigmas : standard deviations of their difference within which they agree.
+    """
+    if one_m is None or other_m is None:
+        return False
+    return float(np.hypot(*(one_m - other_m))) <= agree_sigmas * math.sqrt(2.0 * variance_m2)
