@@ -228,6 +228,7 @@ class Fix:
     heading and speed may still be unknown after that.
     checks, evidence : what was measured since the Fix before, in the order in which it came: for evaluation, smoothing
     and the watch over radio maps; never part of the answer.
+    confirmed : access points that these scans heard as they were surveyed, once for each scan; likewise.
     """
 
     time_s: float | None
@@ -242,3 +243,4 @@ class Fix:
     integrity: Integrity
     checks: tuple[InnovationCheck, ...] = ()
     evidence: tuple[Step | RadioFix, ...] = ()
+    confirmed: tuple[int, ...] = ()

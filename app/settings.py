@@ -31,4 +31,7 @@ class Settings(BaseSettings):
         3, ge=1, le=1000, description="Distinct sessions that must exclude an access point before it is watched."
     )
     watch_hours: Annotated[float, Field(gt=0, le=24 * 30)] = 24.0
-    """Hours for which a session's exclusion of an access point counts."""
+    """Hours for which a session's exclusion of an access point counts, and its confirmation."""
+    watch_share: float = Field(
+        0.25, ge=0, le=1, description="Share of the sessions with a say that must exclude an access point."
+    )

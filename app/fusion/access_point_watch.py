@@ -95,16 +95,17 @@ def watched(
     floor: int,
     place: tuple[FloatArray, FloatArray],
     settings: AccessPointWatchSettings,
-) -> AccessPointWatch:
-    """The watch after a scan that the track bears out.
+) -> tuple[AccessPointWatch, IntArray]:
+    """The watch after a scan that the track bears out, and the access points that it heard as they were surveyed.
 
     Parameters
     ----------
     scan : as it came.  floor : index into the map's floors.  place : (2,) and (2, 2) where it was taken, how surely.
     """
     radio_map = site.radio_map
+    nothing = np.empty(0, np.int64)
     if radio_map is None or not len(radio_map.bssid):
-        return watch
+        return watch, nothing
     xy_m, covariance_m2 = place
     variance_m2 = min(float(np.trace(covariance_m2)) / 2.0, settings.most_sigma_m**2 - settings.least_sigma_m**2)
     around = expected_readings(radio_map, floor, xy_m, math.sqrt(settings.least_sigma_m**2 + variance_m2))
@@ -130,9 +131,11 @@ def watched(
         spread_db=around.spread_db[judged],
     )
     evidence = scan_evidence(beside, settings.evidence)
+    confirmed = nothing
     if evidence is not None and evidence.suspicious <= settings.evidence.position_wrong:
         record = recorded(record, evidence, beside.rssi_dbm, xy_m, settings.record)
-    return replace(watch, record=record, floor=floor, scan_s=scan.time_s)
+        confirmed = evidence.bssid[evidence.confirmed]
+    return replace(watch, record=record, floor=floor, scan_s=scan.time_s), confirmed
 
 
 def excluded(watch: AccessPointWatch, settings: AccessPointWatchSettings) -> tuple[Excluded, ...]:

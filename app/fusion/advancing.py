@@ -28,11 +28,13 @@ _State = TypeVar("_State", bound=_Advancing)
 class Findings:
     """What a batch leaves behind, in the order in which it came.
 
-    checks : the record of every measurement.  evidence : what smoothing works with.
+    checks : the record of every measurement.  evidence : what smoothing works with.  confirmed : access points that
+    scans heard as they were surveyed.
     """
 
     checks: list[InnovationCheck] = field(default_factory=list)
     evidence: list[Step | RadioFix] = field(default_factory=list)
+    confirmed: list[int] = field(default_factory=list)
 
 
 def advanced(
@@ -56,4 +58,5 @@ def advanced(
         state = after(state, event, findings)
     if moved is None:
         raise RuntimeError("a batch has an end")
-    return state, replace(fix(state, moved, tuple(findings.checks)), evidence=tuple(findings.evidence))
+    made = fix(state, moved, tuple(findings.checks))
+    return state, replace(made, evidence=tuple(findings.evidence), confirmed=tuple(findings.confirmed))

@@ -56,7 +56,7 @@ def advance(state: SurefixState, batch: Batch, site: Site, settings: SurefixSett
         if event.scan is not None:
             watch, scan = trusted(state.watch, event.scan, site, settings.access_points)
             state = _scanned(replace(state, watch=watch), scan, event.moved, site, settings, findings)
-            state = _watched(state, event.scan, event.moved, site, settings)
+            state = _watched(state, event, site, settings, findings)
         elif event.beacons is not None:
             state = with_beacons(state, event.beacons, event.moved, site, settings, findings)
         return state
@@ -65,17 +65,20 @@ def advance(state: SurefixState, batch: Batch, site: Site, settings: SurefixSett
 
 
 def _watched(
-    state: SurefixState, scan: WifiScan, moved: PdrOutput, site: Site, settings: SurefixSettings
+    state: SurefixState, event: Event, site: Site, settings: SurefixSettings, findings: Findings
 ) -> SurefixState:
     """The state after a scan was held against the map where the track is. While another account rivals nothing is
     learnt, and once it has taken over what was learnt is forgotten."""
-    if state.track is None or state.floor is None or state.radio_s != scan.time_s or state.prior_only:
+    scan, track, floor, rivalry = event.scan, state.track, state.floor, state.rivalry
+    if scan is None or track is None or floor is None or state.radio_s != scan.time_s or state.prior_only:
         return state
-    if state.rivalry is not None:
-        return replace(state, watch=AccessPointWatch()) if state.rivalry.taken_over else state
-    here = place(state.track, moved)
-    at = here.xy_m, here.covariance_m2
-    return replace(state, watch=watched(state.watch, scan, site, state.floor.decided, at, settings.access_points))
+    if rivalry is not None:
+        return replace(state, watch=AccessPointWatch()) if rivalry.taken_over else state
+    at = place(track, event.moved)
+    place_m = at.xy_m, at.covariance_m2
+    watch, confirmed = watched(state.watch, scan, site, floor.decided, place_m, settings.access_points)
+    findings.confirmed.extend(confirmed.tolist())
+    return replace(state, watch=watch)
 
 
 def _moved(state: SurefixState, event: Event, site: Site, settings: SurefixSettings) -> SurefixState:
@@ -154,7 +157,6 @@ def _scanned(
         track = beginning(fix, now_s, _space(state, site), settings, state.track)
         phases = Phases(excluded=foreign_told(found))
         return replace(state, track=track, rivalry=None, prior_only=False, phases=phases)
-
     first = tested(state.track, fix, moved, _space(state, site), settings)
     findings.checks.append(first.check)
     findings.evidence.append(replace(said, fits=first.fits))

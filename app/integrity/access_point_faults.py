@@ -34,7 +34,7 @@ class FaultEvidenceSettings:
     certain : probability of being heard from which one that is missing counts as one that was to be judged.
     most_evidence : of one scan, for or against.
     position_wrong : share of suspicious access points from which it is the position that is wrong, not they.
-    suspicious : evidence from which an access point is.
+    suspicious : evidence from which an access point is; as much for it confirms it.
     """
 
     least_scans: float = 3.0
@@ -82,6 +82,7 @@ class ScanEvidence:
     bssid : (n,) ascending.  evidence : (n,) positive against the access point, 0 where nothing is said.
     level_db : (n,) readings less what the scan has in common, NaN without.  expected_db : (n,) in the same terms, NaN
     of one that is not heard around.  judged : (n,) whether it had to show itself, or did.
+    confirmed : (n,) whether it was heard as it was surveyed.
     suspicious : share of the judged with much against them.
     """
 
@@ -90,6 +91,7 @@ class ScanEvidence:
     level_db: FloatArray
     expected_db: FloatArray
     judged: BoolArray
+    confirmed: BoolArray
     suspicious: float
 
 
@@ -133,6 +135,7 @@ def scan_evidence(scan: ScanBesideMap, settings: FaultEvidenceSettings) -> ScanE
         level_db=level_db,
         expected_db=np.where(scan.heard > 0.0, scan.mean_dbm, np.nan),
         judged=judged,
+        confirmed=read & (evidence < -settings.suspicious),
         suspicious=suspicious,
     )
 

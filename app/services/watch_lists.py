@@ -1,15 +1,18 @@
 """Watch lists: access points that a radio-map version can no longer rely on.
 
-Sessions report what they exclude and why. What enough of them exclude is left out of every session of the venue, for
-good until a new version is surveyed, unless an administrator takes it off the list.
+Sessions report what they exclude and why, and what they hear as it was surveyed. What enough of them exclude, and not
+too many confirm, is left out of every session of the venue, for good until a new version is surveyed, unless an
+administrator takes it off the list.
+
+That a few exclude it is not enough: of thousands of visitors a day some exclude any access point by mistake.
 """
 
 from __future__ import annotations
 
 import hashlib
 import logging
-from collections import OrderedDict
-from collections.abc import Callable, Iterable
+from collections import Counter, OrderedDict
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -26,6 +29,11 @@ WATCHED_MS = 48 * 3_600_000
 """For so long after it was first seen an access point is watched; then it is permanently left out."""
 REMEMBERED = 10_000
 """Sessions of which this process remembers what it has written down already."""
+CONFIRMING_SCANS = 6
+"""Scans that must hear an access point as it was surveyed until their session confirms it. Of sessions that hear a
+moved, swapped, imitated or doubled one this often 22 to 65 % exclude it (decision 0011)."""
+COUNTED = 1_000
+"""Sessions of which this process counts such scans."""
 LONGEST_REASON = 200
 _log = logging.getLogger(__name__)
 
@@ -52,15 +60,21 @@ class WatchLists:
     Parameters
     ----------
     now_ms : the server's clock.  needed : distinct sessions that must exclude an access point.
-    within_hours : how long the exclusion of a session counts.
+    share : of those that exclude it and those that confirm it together that must exclude it.
+    within_hours : how long either counts.
     """
 
-    def __init__(self, rows: WatchListRows, now_ms: Callable[[], int], needed: int, within_hours: float) -> None:
+    def __init__(
+        self, rows: WatchListRows, now_ms: Callable[[], int], needed: int, share: float, within_hours: float
+    ) -> None:
         self._rows = rows
         self._now_ms = now_ms
         self._needed = needed
+        self._share = share
         self._within_ms = round(within_hours * 3_600_000)
         self._noted: OrderedDict[tuple[str, int], set[int]] = OrderedDict()
+        self._heard: OrderedDict[tuple[str, int], Counter[int]] = OrderedDict()
+        self._confirmed: dict[tuple[str, int], Counter[int]] = {}
 
     async def listed(self, venue: str, version: int) -> list[WatchedAccessPoint]:
         """A version's list, newest first.
@@ -112,8 +126,27 @@ class WatchLists:
 
     async def heard(self, venue: str, site: Site, session: str, _method: str, fix: Fix) -> None:
         """Take up a new Fix of a session."""
-        if fix.integrity.excluded and site.radio_map is not None:
-            await self.notice(venue, site.radio_map.version, session, fix.integrity.excluded)
+        if site.radio_map is None:
+            return
+        version = site.radio_map.version
+        self.confirm(venue, version, session, fix.confirmed)
+        if fix.integrity.excluded:
+            await self.notice(venue, version, session, fix.integrity.excluded)
+
+    def confirm(self, venue: str, version: int, session: str, confirmed: Sequence[int]) -> None:
+        """Take up what the scans of a session have heard as it was surveyed, once for each scan; costs no
+        transaction: it is written down when an exclusion is, or else every few minutes."""
+        if not confirmed:
+            return
+        scans = self._heard.setdefault((session, version), Counter())
+        sessions = self._confirmed.setdefault((venue, version), Counter())
+        for bssid in confirmed:
+            scans[bssid] += 1
+            if scans[bssid] == CONFIRMING_SCANS:
+                sessions[bssid] += 1
+        self._heard.move_to_end((session, version))
+        if len(self._heard) > COUNTED:
+            self._heard.popitem(last=False)
 
     async def notice(self, venue: str, version: int, session: str, excluded: Iterable[Excluded]) -> None:
         """Take up what a new Fix of a session has excluded; costs a transaction for what this session had not yet.
@@ -132,8 +165,9 @@ class WatchLists:
         now_ms = self._now_ms()
         digest = hashlib.sha256(session.encode()).digest()
         try:
+            await self._write_confirmed(venue, version)
             listed = await self._rows.notice(
-                venue, version, digest, new, now_ms, now_ms - self._within_ms, self._needed
+                venue, version, digest, new, now_ms, now_ms - self._within_ms, self._needed, self._share
             )
         except DependencyDown as error:
             _log.warning("exclusions are written down later: %s", error)
@@ -148,8 +182,20 @@ class WatchLists:
             )
 
     async def forget(self) -> None:
-        """Drop what counts no longer."""
+        """Write down what is confirmed, and drop what counts no longer."""
+        for venue, version in list(self._confirmed):
+            await self._write_confirmed(venue, version)
         await self._rows.forget_evidence(self._now_ms() - self._within_ms)
+
+    async def _write_confirmed(self, venue: str, version: int) -> None:
+        confirmed = self._confirmed.pop((venue, version), None)
+        if not confirmed:
+            return
+        try:
+            await self._rows.confirm(venue, version, confirmed, self._now_ms())
+        except DependencyDown:
+            self._confirmed.setdefault((venue, version), Counter()).update(confirmed)
+            raise
 
     def _state(self, row: WatchedRow) -> WatchState:
         if row.removed_ms is not None:

@@ -14,32 +14,18 @@ from sqlalchemy import (
     Index,
     Integer,
     LargeBinary,
-    MetaData,
     String,
     Table,
     UniqueConstraint,
 )
 
-metadata = MetaData(
-    naming_convention={
-        "ix": "ix_%(table_name)s_%(column_0_name)s",
-        "uq": "uq_%(table_name)s_%(column_0_N_name)s",
-        "fk": "fk_%(table_name)s_%(column_0_name)s_%(referred_table_name)s",
-        "pk": "pk_%(table_name)s",
-    }
-)
-_KEY = BigInteger().with_variant(Integer, "sqlite")
-"""SQLite counts rows by itself only in a column of exactly this type."""
-
-
-def _owned(column: str, by: str) -> Column[int]:
-    return Column(column, _KEY, ForeignKey(f"{by}.id", ondelete="CASCADE"), nullable=False)
-
+from app.storage.schema import KEY, of_radio_map, owned
+from app.storage.schema import metadata as metadata
 
 venues = Table(
     "venues",
     metadata,
-    Column("id", _KEY, primary_key=True),
+    Column("id", KEY, primary_key=True),
     Column("venue", String(64), nullable=False, unique=True),
     Column("name", String(200), nullable=False),
     # rises with everything that changes the venue's Site: what caches compare
@@ -52,8 +38,8 @@ venues = Table(
 floors = Table(
     "floors",
     metadata,
-    Column("id", _KEY, primary_key=True),
-    _owned("venue_id", "venues"),
+    Column("id", KEY, primary_key=True),
+    owned("venue_id", "venues"),
     Column("floor", String(64), nullable=False),
     Column("name", String(200), nullable=False),
     Column("level", Integer, nullable=False),
@@ -71,8 +57,8 @@ floors = Table(
 surveys = Table(
     "surveys",
     metadata,
-    Column("id", _KEY, primary_key=True),
-    _owned("venue_id", "venues"),
+    Column("id", KEY, primary_key=True),
+    owned("venue_id", "venues"),
     # json, csv, traces or geosubmit
     Column("format", String(16), nullable=False),
     Column("device", JSON),
@@ -85,9 +71,9 @@ surveys = Table(
 fingerprints = Table(
     "fingerprints",
     metadata,
-    Column("id", _KEY, primary_key=True),
-    _owned("survey_id", "surveys"),
-    _owned("floor_id", "floors"),
+    Column("id", KEY, primary_key=True),
+    owned("survey_id", "surveys"),
+    owned("floor_id", "floors"),
     Column("walk", String(200), nullable=False),
     Column("time_s", Float, nullable=False),
     Column("x_m", Float, nullable=False),
@@ -100,8 +86,8 @@ fingerprints = Table(
 radio_maps = Table(
     "radio_maps",
     metadata,
-    Column("id", _KEY, primary_key=True),
-    _owned("venue_id", "venues"),
+    Column("id", KEY, primary_key=True),
+    owned("venue_id", "venues"),
     Column("version", Integer, nullable=False),
     Column("surveys", JSON, nullable=False),
     # counts for listings
@@ -115,7 +101,7 @@ radio_maps = Table(
 api_keys = Table(
     "api_keys",
     metadata,
-    Column("id", _KEY, primary_key=True),
+    Column("id", KEY, primary_key=True),
     Column("name", String(200), nullable=False),
     # SHA-256 of a random key of 256 bits: nothing to guess, so nothing to slow down
     Column("digest", LargeBinary(32), nullable=False, unique=True),
@@ -128,7 +114,7 @@ sessions = Table(
     "sessions",
     metadata,
     Column("session", String(32), primary_key=True),
-    _owned("venue_id", "venues"),
+    owned("venue_id", "venues"),
     Column("method", String(64), nullable=False),
     Column("alert_limit_m", Float, nullable=False),
     Column("risk", Float, nullable=False),
@@ -176,7 +162,7 @@ webhooks = Table(
     "webhooks",
     metadata,
     Column("webhook", String(32), primary_key=True),
-    _owned("venue_id", "venues"),
+    owned("venue_id", "venues"),
     Column("url", String(2000), nullable=False),
     # signs what is sent, so it is stored as it is
     Column("secret", LargeBinary(32), nullable=False),
@@ -191,7 +177,7 @@ webhooks = Table(
 outbox = Table(
     "outbox",
     metadata,
-    Column("id", _KEY, primary_key=True),
+    Column("id", KEY, primary_key=True),
     Column("webhook", String(32), ForeignKey("webhooks.webhook", ondelete="CASCADE"), nullable=False),
     Column("event", String(32), nullable=False),
     Column("body", LargeBinary, nullable=False),
@@ -206,7 +192,7 @@ outbox = Table(
 watched_access_points = Table(
     "watched_access_points",
     metadata,
-    Column("radio_map_id", _KEY, ForeignKey("radio_maps.id", ondelete="CASCADE"), primary_key=True),
+    of_radio_map(),
     Column("bssid", BigInteger, primary_key=True, autoincrement=False),
     Column("reason", String(200), nullable=False),
     Column("first_seen_ms", BigInteger, nullable=False),
@@ -221,7 +207,7 @@ watched_access_points = Table(
 watch_evidence = Table(
     "watch_evidence",
     metadata,
-    Column("radio_map_id", _KEY, ForeignKey("radio_maps.id", ondelete="CASCADE"), primary_key=True),
+    of_radio_map(),
     Column("bssid", BigInteger, primary_key=True, autoincrement=False),
     # SHA-256 of the session, which this may outlive
     Column("session_digest", LargeBinary(32), primary_key=True),
@@ -229,10 +215,20 @@ watch_evidence = Table(
     Index(None, "seen_ms"),
 )
 
+# how many sessions have heard which access point as it was surveyed, by hours since 1970
+watch_confirmations = Table(
+    "watch_confirmations",
+    metadata,
+    of_radio_map(),
+    Column("bssid", BigInteger, primary_key=True, autoincrement=False),
+    Column("hour", Integer, primary_key=True, autoincrement=False),
+    Column("sessions", Integer, nullable=False),
+)
+
 radio_map_reports = Table(
     "radio_map_reports",
     metadata,
-    Column("radio_map_id", _KEY, ForeignKey("radio_maps.id", ondelete="CASCADE"), primary_key=True),
+    of_radio_map(),
     # JSON; the picture is a PNG
     Column("report", LargeBinary, nullable=False),
     Column("picture", LargeBinary, nullable=False),
@@ -242,7 +238,7 @@ radio_map_reports = Table(
 map_use = Table(
     "map_use",
     metadata,
-    Column("radio_map_id", _KEY, ForeignKey("radio_maps.id", ondelete="CASCADE"), primary_key=True),
+    of_radio_map(),
     Column("floor", String(64), primary_key=True),
     *(Column(n, Integer, primary_key=True, autoincrement=False) for n in ("east", "north", "period")),
     *(Column(n, BigInteger, nullable=False) for n in ("scans", "unfit", "visits", "session_bits", "last_ms")),

@@ -6,14 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import Select, and_, delete, func, insert, select, update
+from sqlalchemy import Select, and_, bindparam, delete, func, insert, select, update
 from sqlalchemy.ext.asyncio import AsyncConnection, AsyncEngine
 
 from app.storage.database import reachable
 from app.storage.radio_map_rows import lock_venue, of_version
-from app.storage.tables import radio_maps, venues, watch_evidence, watched_access_points
+from app.storage.tables import radio_maps, venues, watch_confirmations, watch_evidence, watched_access_points
 
-_LIST = watched_access_points
+_LIST, _TOLD = watched_access_points, watch_confirmations
+HOUR_MS = 3_600_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +104,7 @@ class WatchListRows:
         now_ms: int,
         since_ms: int,
         needed: int,
+        share: float,
     ) -> frozenset[int]:
         """Note that a session has excluded access points; list those that enough sessions have excluded.
 
@@ -111,6 +113,7 @@ class WatchListRows:
         Parameters
         ----------
         reasons : by bssid.  since_ms : sessions noticed before count no more.  needed : sessions it takes.
+        share : of those that exclude it and those that confirm it together which it takes.
 
         Returns
         -------
@@ -131,7 +134,8 @@ class WatchListRows:
                     await _put(connection, map_id, bssid, seen, new=False)
                     continue
                 first_ms, count = await _evidence(connection, map_id, bssid, since_ms)
-                if count >= needed:
+                confirming = await _confirming(connection, map_id, bssid, since_ms)
+                if count >= max(needed, share * (count + confirming)):
                     values = {"reason": reason, "first_seen_ms": first_ms, "last_seen_ms": now_ms, "evidence": count}
                     await _put(connection, map_id, bssid, values, new=True)
                     listed.add(bssid)
@@ -139,10 +143,29 @@ class WatchListRows:
                 await _raise_revision(connection, venue_id)
         return frozenset(listed)
 
+    async def confirm(self, venue: str, version: int, sessions: Mapping[int, int], now_ms: int) -> None:
+        """Note that sessions have heard access points as they were surveyed. sessions : how many, by bssid."""
+        hour = now_ms // HOUR_MS
+        async with reachable(), self._engine.begin() as connection:
+            found = await _locked(connection, venue, version)
+            if found is None or not sessions:
+                return
+            here = _TOLD.c.radio_map_id == found[1], _TOLD.c.hour == hour
+            known = set(await connection.scalars(select(_TOLD.c.bssid).where(*here)))
+            values = [{"at": bssid, "more": count} for bssid, count in sessions.items() if bssid in known]
+            if values:
+                added = update(_TOLD).where(*here, _TOLD.c.bssid == bindparam("at"))
+                await connection.execute(added.values(sessions=_TOLD.c.sessions + bindparam("more")), values)
+            new = {"radio_map_id": found[1], "hour": hour}
+            values = [new | {"bssid": one, "sessions": count} for one, count in sessions.items() if one not in known]
+            if values:
+                await connection.execute(insert(_TOLD), values)
+
     async def forget_evidence(self, before_ms: int) -> None:
         """Drop what sessions said before a time."""
         async with reachable(), self._engine.begin() as connection:
             await connection.execute(delete(watch_evidence).where(watch_evidence.c.seen_ms < before_ms))
+            await connection.execute(delete(_TOLD).where(_TOLD.c.hour < before_ms // HOUR_MS))
 
 
 async def _version(connection: AsyncConnection, venue: str, version: int) -> tuple[int, int] | None:
@@ -203,6 +226,12 @@ async def _evidence(connection: AsyncConnection, map_id: int, bssid: int, since_
     )
     row = (await connection.execute(select(func.min(watch_evidence.c.seen_ms), func.count()).where(*here))).one()
     return int(row[0]), int(row[1])
+
+
+async def _confirming(connection: AsyncConnection, map_id: int, bssid: int, since_ms: int) -> int:
+    """How many sessions have confirmed it since the hour of that time."""
+    here = _TOLD.c.radio_map_id == map_id, _TOLD.c.bssid == bssid, _TOLD.c.hour >= since_ms // HOUR_MS
+    return int(await connection.scalar(select(func.coalesce(func.sum(_TOLD.c.sessions), 0)).where(*here)) or 0)
 
 
 async def _raise_revision(connection: AsyncConnection, venue_id: int) -> None:

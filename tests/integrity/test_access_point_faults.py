@@ -110,3 +110,10 @@ def test_evidence_is_finite_and_bounded_whatever_is_heard(levels: list[float]) -
     if found is not None:
         assert np.all(np.abs(found.evidence) <= SETTINGS.most_evidence)
         assert 0.0 <= found.suspicious <= 1.0
+
+
+def test_what_is_heard_as_surveyed_is_confirmed_and_what_is_off_or_silent_is_not() -> None:
+    scan = _as_surveyed()
+    found = _weighed(_with(_with(scan, 3, scan.mean_dbm[3] + 35.0), 5, np.nan))
+    assert np.flatnonzero(~found.confirmed).tolist()[:1] == [3]
+    assert not found.confirmed[5] and found.confirmed.sum() >= COUNT - 4

@@ -33,6 +33,7 @@ def _scan(
         level_db=np.array(level_db or [-60.0] * count),
         expected_db=np.array(expected_db or [np.nan] * count),
         judged=np.ones(count, np.bool_),
+        confirmed=np.array(evidence) < -1.0,
         suspicious=0.0,
     )
 

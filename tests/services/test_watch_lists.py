@@ -6,14 +6,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from sqlalchemy import event
+from sqlalchemy import event, func, select
 from sqlalchemy.ext.asyncio import AsyncEngine
 
 from app.errors import DependencyDown, InvalidInput, NotFound
 from app.observations import Excluded
-from app.services.watch_lists import WATCHED_MS, WatchLists, WatchState
+from app.services.watch_lists import CONFIRMING_SCANS, WATCHED_MS, WatchLists, WatchState
 from app.storage.database import connect
 from app.storage.migration import migrate
+from app.storage.tables import watch_confirmations
 from app.storage.watch_list_rows import WatchListRows
 from tests.storage.test_watch_list_rows import AP, NOW_MS, OTHER, mapped
 
@@ -30,7 +31,7 @@ def run(folder: Path, use: Use, needed: int = 3) -> None:
         engine = connect(url)
         try:
             clock_ms = [NOW_MS]
-            await use(WatchLists(await mapped(engine), lambda: clock_ms[0], needed, 24.0), engine, clock_ms)
+            await use(WatchLists(await mapped(engine), lambda: clock_ms[0], needed, 0.25, 24.0), engine, clock_ms)
         finally:
             await engine.dispose()
 
@@ -83,6 +84,42 @@ def test_a_session_that_says_the_same_again_costs_no_database(tmp_path: Path) ->
         assert statements == []
         await lists.notice("mall", 2, "a", (*MOVED, Excluded("vanished", bssid=OTHER)))
         assert statements
+
+    run(tmp_path, use)
+
+
+@pytest.mark.parametrize("away", [False, True])
+def test_what_most_sessions_hear_as_it_was_surveyed_is_not_listed_for_the_few_that_exclude_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, away: bool
+) -> None:
+    async def use(lists: WatchLists, engine: AsyncEngine, clock_ms: list[int]) -> None:
+        async def gone(*_: Any) -> None:
+            raise DependencyDown("away")
+
+        for number in range(10):
+            for _ in range(CONFIRMING_SCANS - 1):
+                lists.confirm("mall", 2, f"sound {number}", (AP, OTHER))
+            lists.confirm("mall", 2, f"sound {number}", (AP,) * 9)
+        with monkeypatch.context() as patched:
+            if away:
+                patched.setattr(WatchListRows, "confirm", gone)
+                await lists.notice("mall", 2, "a", MOVED)
+        for session in "abc":
+            await lists.notice("mall", 2, session, (*MOVED, Excluded("moved", bssid=OTHER)))
+        assert [one.row.bssid for one in await lists.listed("mall", 2)] == [OTHER]
+        for session in "de":
+            await lists.notice("mall", 2, session, MOVED)
+        assert {one.row.bssid for one in await lists.listed("mall", 2)} == {AP, OTHER}
+
+    run(tmp_path, use)
+
+
+def test_confirmations_are_written_down_in_time_even_if_nothing_is_excluded(tmp_path: Path) -> None:
+    async def use(lists: WatchLists, engine: AsyncEngine, clock_ms: list[int]) -> None:
+        lists.confirm("mall", 2, "a", (AP,) * CONFIRMING_SCANS)
+        await lists.forget()
+        async with engine.connect() as connection:
+            assert await connection.scalar(select(func.sum(watch_confirmations.c.sessions))) == 1
 
     run(tmp_path, use)
 

@@ -7,9 +7,9 @@ from sqlalchemy.ext.asyncio import AsyncEngine
 
 from app.storage.radio_map_rows import BuiltMap, RadioMapRows
 from app.storage.survey_rows import NewSurvey, SurveyRows
-from app.storage.tables import watch_evidence
+from app.storage.tables import watch_confirmations, watch_evidence
 from app.storage.venue_rows import VenueRows
-from app.storage.watch_list_rows import WatchedRow, WatchListRows
+from app.storage.watch_list_rows import HOUR_MS, WatchedRow, WatchListRows
 from tests.storage.conftest import Run
 
 AP, OTHER = 0xA80CCA039DD7, 0xFFFFFFFFFFFF
@@ -35,7 +35,7 @@ async def revision(engine: AsyncEngine) -> int:
 
 
 async def noticed(rows: WatchListRows, session: str, now_ms: int = NOW_MS, needed: int = 3) -> frozenset[int]:
-    return await rows.notice("mall", 2, session.encode(), REASONS, now_ms, now_ms - DAY_MS, needed)
+    return await rows.notice("mall", 2, session.encode(), REASONS, now_ms, now_ms - DAY_MS, needed, 0.25)
 
 
 def test_it_takes_so_many_distinct_sessions_and_raises_the_revision_once(run: Run) -> None:
@@ -122,7 +122,28 @@ def test_every_version_has_a_list_of_its_own_and_what_does_not_exist_has_none(ru
             assert await rows.listed(venue, version) is None
             assert await rows.add(venue, version, AP, "x", NOW_MS) is None
             assert not await rows.remove(venue, version, AP, NOW_MS)
-            assert await rows.notice(venue, version, b"a", REASONS, NOW_MS, 0, 1) == frozenset()
+            assert await rows.notice(venue, version, b"a", REASONS, NOW_MS, 0, 1, 0.25) == frozenset()
+
+    run(use)
+
+
+def test_those_who_confirm_an_access_point_outvote_a_few_who_exclude_it_until_their_hour_is_over(run: Run) -> None:
+    async def use(engine: AsyncEngine) -> None:
+        rows = await mapped(engine)
+        for _ in range(3):
+            await rows.confirm("mall", 2, {AP: 4, OTHER: 1}, NOW_MS)
+        for number in range(3):
+            assert not await noticed(rows, f"early {number}")
+        await rows.confirm("mall", 1, {AP: 100}, NOW_MS)
+        await rows.confirm("none", 1, {AP: 100}, NOW_MS)
+        assert await noticed(rows, "the fourth of sixteen") == {AP}
+        other = {OTHER: "moved"}
+        later_ms = NOW_MS + DAY_MS + 2 * HOUR_MS
+        await rows.confirm("mall", 2, {OTHER: 1000}, NOW_MS)
+        for number in range(3):
+            session = f"late {number}".encode()
+            listed = await rows.notice("mall", 2, session, other, later_ms, later_ms - DAY_MS, 3, 0.25)
+        assert listed == {OTHER}
 
     run(use)
 
@@ -130,11 +151,14 @@ def test_every_version_has_a_list_of_its_own_and_what_does_not_exist_has_none(ru
 def test_what_counts_no_longer_is_forgotten(run: Run) -> None:
     async def use(engine: AsyncEngine) -> None:
         rows = await mapped(engine)
+        await rows.confirm("mall", 2, {AP: 1}, NOW_MS)
+        await rows.confirm("mall", 2, {AP: 1}, NOW_MS - HOUR_MS)
         await noticed(rows, "old", NOW_MS)
         await noticed(rows, "new", NOW_MS + 10)
         await rows.forget_evidence(NOW_MS + 10)
         async with engine.connect() as connection:
             assert await connection.scalar(select(func.count()).select_from(watch_evidence)) == 1
+            assert await connection.scalar(select(func.count()).select_from(watch_confirmations)) == 1
 
     run(use)
 
