@@ -10,13 +10,13 @@ from fastapi.responses import JSONResponse
 from pydantic import BaseModel, Field, TypeAdapter, ValidationError
 
 from app.api.batch_body import LARGEST_SCAN
-from app.api.batch_columns import LATEST_MS
 from app.api.batch_scans import wifi_scan
 from app.api.decoding import read_body
 from app.api.json_bodies import FROM_PHONES, inlined_schema, refusal
 from app.errors import InvalidInput
 from app.observations import WifiScan
 from app.services.geolocation import Geolocation
+from app.survey.admission import LATEST_MS
 
 BODY_LIMIT_BYTES = 1_000_000
 REFERENCE_MS = LATEST_MS / 2
