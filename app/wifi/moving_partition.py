@@ -25,8 +25,6 @@ class Partition:
     """points : (m,) ascending reference points of a floor within radius_m of a place."""
 
     floor: int
-    x_m: float
-    y_m: float
     radius_m: float
     points: IntArray
 
@@ -57,7 +55,7 @@ def partition_around(radio_map: RadioMap, floor: int, x_m: float, y_m: float, ra
     points = _within(
         grid.key, grid.point, grid.xy_m, grid.west_m, grid.south_m, grid.columns, grid.rows, floor, x_m, y_m, radius_m
     )
-    return Partition(floor, x_m, y_m, radius_m, points)
+    return Partition(floor, radius_m, points)
 
 
 def _grid_of(radio_map: RadioMap) -> PointGrid:
