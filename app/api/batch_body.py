@@ -10,12 +10,13 @@ import ormsgpack
 from pydantic import BaseModel, FailFast, Field, TypeAdapter, ValidationError
 from typing_extensions import TypedDict
 
-from app.api.batch_columns import LATEST_MS, axis_samples, pressure_samples, refuse_scattered
+from app.api.batch_columns import axis_samples, pressure_samples, refuse_scattered
 from app.api.batch_scans import bluetooth_scans, wifi_scans
 from app.api.decoding import Packing
 from app.api.json_bodies import FROM_PHONES, refusal
 from app.errors import InvalidInput, TooLarge
 from app.observations import AxisSamples, Batch, PressureSamples
+from app.survey.admission import LATEST_MS
 
 LARGEST_COLUMN = 200_000
 LARGEST_SCAN_LIST = 600

@@ -13,10 +13,9 @@ import numpy as np
 from app.errors import InvalidInput
 from app.estimation.arrays import BoolArray, FloatArray
 from app.observations import AxisSamples, PressureSamples
+from app.survey.admission import LATEST_MS
 
 EARLIEST_MS = 1.0
-LATEST_MS = 4_102_444_800_000.0
-"""2100-01-01: what lies beyond is not in milliseconds."""
 LARGEST_SPAN_MS = 15 * 60_000.0
 """Between the oldest and the newest time of one batch."""
 AXIS_LIMITS = {

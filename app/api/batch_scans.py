@@ -9,11 +9,10 @@ import numpy as np
 
 from app.api.batch_columns import times_s
 from app.observations import BluetoothScan, WifiScan
+from app.survey.admission import LONGEST_BEACON_ID, RSSI_RANGE_DBM
 from app.wifi.bssid import parse_bssid
 
-RSSI_LIMITS_DBM = (-127.0, 20.0)
 LONGEST_BSSID = 17
-LONGEST_BEACON_ID = 128
 
 
 def wifi_scans(
@@ -41,7 +40,7 @@ def wifi_scans(
 
 def wifi_scan(time_ms: float, time_s: float, readings: Sequence[Mapping[str, Any]]) -> tuple[WifiScan, int]:
     """One scan from its readings, and how many of them were dropped; wifi_scans says which."""
-    low, high = RSSI_LIMITS_DBM
+    low, high = RSSI_RANGE_DBM
     best: dict[int, tuple[float, float]] = {}
     dropped = 0
     for reading in readings:
@@ -84,7 +83,7 @@ def bluetooth_scans(
     """
     if not times_ms:
         return (), 0
-    low, high = RSSI_LIMITS_DBM
+    low, high = RSSI_RANGE_DBM
     made, dropped = [], 0
     for time_s, readings in zip(times_s("bluetooth", times_ms, "[{}].t").tolist(), scans, strict=True):
         usable = [r for r in readings if low <= r["rssi"] <= high and _is_beacon_id(r.get("id"))]

@@ -10,13 +10,13 @@ from fastapi.responses import JSONResponse
 from pydantic import BaseModel, Field, TypeAdapter, ValidationError
 
 from app.api.batch_body import LARGEST_SCAN
-from app.api.batch_columns import LATEST_MS
 from app.api.batch_scans import wifi_scan
 from app.api.decoding import read_body
 from app.api.json_bodies import FROM_PHONES, inlined_schema, refusal
 from app.errors import InvalidInput
 from app.observations import WifiScan
 from app.services.geolocation import Geolocation
+from app.survey.admission import LATEST_MS
 
 BODY_LIMIT_BYTES = 1_000_000
 REFERENCE_MS = LATEST_MS / 2
@@ -82,8 +82,7 @@ def geolocate_router(geolocation: Callable[..., Any], position: Callable[..., An
         try:
             scan = parse_scan(await read_body(request, BODY_LIMIT_BYTES))
         except InvalidInput as error:
-            detail = f"Parse Error: {error.field}: {error}" if error.field else f"Parse Error: {error}"
-            return _error(400, "global", "parseError", detail)
+            return parse_error(error)
         place = await service.place(scan)
         if place is None:
             return _error(404, "geolocation", "notFound", "Not found")
@@ -114,6 +113,12 @@ def parse_scan(sent: bytes) -> WifiScan:
         if one.signal_strength is not None
     ]
     return wifi_scan(REFERENCE_MS, REFERENCE_MS / 1000.0, readings)[0]
+
+
+def parse_error(error: InvalidInput) -> JSONResponse:
+    """The answer of these services to a body that they cannot read."""
+    detail = f"{error.field}: {error}" if error.field else str(error)
+    return _error(400, "global", "parseError", f"Parse Error: {detail}")
 
 
 def _error(status: int, domain: str, reason: str, message: str) -> JSONResponse:

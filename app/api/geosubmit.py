@@ -11,6 +11,7 @@ from fastapi import APIRouter, Depends, Request
 from fastapi.responses import JSONResponse
 
 from app.api.decoding import read_body
+from app.api.geolocate import parse_error
 from app.api.json_bodies import request_body
 from app.errors import InvalidInput
 from app.services.geosubmission import Geosubmission
@@ -74,7 +75,7 @@ def geosubmit_router(geosubmission: Callable[..., Any], survey: Callable[..., An
         try:
             items = await _items(request)
         except InvalidInput as error:
-            return _parse_error(str(error))
+            return parse_error(error)
         await service.add(items)
         return JSONResponse({})
 
@@ -88,11 +89,5 @@ async def _items(request: Request) -> list[Any]:
     except orjson.JSONDecodeError as error:
         raise InvalidInput(f"the body is not JSON: {error}") from error
     if not isinstance(body, dict) or not isinstance(body.get("items"), list):
-        raise InvalidInput("items: a list of reports is expected")
+        raise InvalidInput("a list of reports is expected", "items")
     return list(body["items"])
-
-
-def _parse_error(detail: str) -> JSONResponse:
-    message = f"Parse Error: {detail}"
-    errors = [{"domain": "global", "reason": "parseError", "message": message}]
-    return JSONResponse({"error": {"errors": errors, "code": 400, "message": message}}, 400)

@@ -9,21 +9,20 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Depends, Header, Query, Request, Response
 
 from app.api.batch_body import LARGEST_SEQUENCE, BatchBody, parse_batch
-from app.api.batch_columns import LATEST_MS
 from app.api.decoding import Packing, packing_of, read_body
 from app.api.fix_body import FeatureCollectionBody, FixBody, TrackBody, geojson_document, track_document
-from app.api.json_bodies import inlined_schema, request_body
+from app.api.json_bodies import inlined_schema, read_json, request_body
 from app.api.session_body import OpenedBody, SessionBody, parse_session
-from app.errors import UnsupportedMedia
 from app.observations import Batch
 from app.services.tracking import Tracking
+from app.survey.admission import LATEST_MS
 
 SESSION_LIMIT_BYTES = 100_000
 LONG_BODY_BYTES = 100_000
 """Body from which a batch is read beside the event loop, one at a time, so that other phones do not wait for it."""
 LARGEST_PAGE = 10_000
 GEOJSON = "application/geo+json"
-Milliseconds = Annotated[int | None, Query(ge=0, le=int(LATEST_MS))]
+Milliseconds = Annotated[int | None, Query(ge=0, le=LATEST_MS)]
 
 
 async def _read_batch(request: Request, limit_bytes: int, lane: asyncio.Lock) -> Batch:
@@ -55,9 +54,7 @@ def sessions_router(tracking: Callable[..., Any], position: Callable[..., Any], 
     )
     async def open_session(request: Request, service: Tracking = Depends(tracking)) -> OpenedBody:
         """`floor` is a hint and `start` a prior of 5 m; neither binds. The session's id is a secret of its phone."""
-        if packing_of(request.headers.get("content-type")) is not Packing.JSON:
-            raise UnsupportedMedia("a session is opened with application/json")
-        body = parse_session(await read_body(request, SESSION_LIMIT_BYTES))
+        body = parse_session(await read_json(request, SESSION_LIMIT_BYTES))
         opened = await service.open(body.venue, body.method, body.session_start(), body.device_names())
         return OpenedBody(
             session=opened.session,

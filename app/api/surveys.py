@@ -15,9 +15,10 @@ from fastapi import APIRouter, Depends, Header, Query, Request
 from app.api.survey_body import REQUEST, ReceiptBody, receipt_body
 from app.api.tasks import StartedBody, started
 from app.api.upload_body import drain, receive_upload
-from app.errors import InvalidInput, SurefixError
+from app.errors import SurefixError
 from app.services.surveys import Surveys
 from app.services.tasks import Tasks
+from app.survey.admission import named_floor
 from app.survey.upload import Upload
 
 _ASYNC = re.compile(r"(?:^|[,;\s])respond-async(?:$|[,;\s])", re.IGNORECASE)
@@ -80,9 +81,8 @@ async def _received(
     """The upload, with what can be refused before hundreds of megabytes have come refused at once."""
     try:
         _, _, extents = await service.floors(venue)
-        if floor is not None and floor not in extents:
-            names = ", ".join(sorted(extents)) or "it has none yet"
-            raise InvalidInput(f"floor must name a floor of the venue: {names}", "floor")
+        if floor is not None:
+            named_floor(extents, floor)
         return await receive_upload(request, folder, floor, limit_bytes)
     except SurefixError:
         await drain(request)

@@ -59,7 +59,8 @@ def watch_lists_router(watch_lists: Callable[..., Any], admin: Callable[..., Any
     @router.get("", response_model=WatchListAnswer, summary="Access points that are left out")
     async def listed(venue: str, version: Version, service: WatchLists = Depends(watch_lists)) -> WatchListAnswer:
         """Access points that several sessions excluded within a day as moved, swapped, spoofed, duplicated or vanished,
-        or that were added by hand. A new version begins with an empty list."""
+        or that were added by hand. A new version takes over the list of the one in use, but for what one of its
+        surveys has heard since."""
         rows = await service.listed(venue, version)
         return WatchListAnswer(version=version, access_points=[_answer(row) for row in rows])
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
@@ -11,7 +9,9 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from app.commands.named_choices import refuse_unknown
 from app.commands.progress import counting
+from app.commands.written_results import write_results
 from app.errors import InvalidInput
 from app.evaluation.ageing_campaign import MONTHS, visit_ageing_buildings
 from app.evaluation.trust_rows import LEGEND, TrustRow, trust_row, trust_rows_table
@@ -44,8 +44,7 @@ def ageing(
     as_json: Annotated[bool, typer.Option("--json", help="Print ageing.json instead of the tables.")] = False,
 ) -> None:
     """Survey once, let the access points age, and ask the old map."""
-    if method not in METHODS:
-        raise InvalidInput(f"no method {method}; there are {', '.join(METHODS)}", "method")
+    refuse_unknown([method], METHODS, "method")
     surveys = None if site is None else _two_surveys(site)
     out.mkdir(parents=True, exist_ok=True)
     warm_up()  # compiled once here, not in every worker
@@ -65,14 +64,7 @@ def ageing(
         "months": [{"months": one.months, "changed": one.changed, **plain(trust_row(one.answers))} for one in ages],
         "surveys": {name: plain(row) for (name,), row in tables.get("surveys", {}).items()},
     }
-    (out / "ageing.json").write_text(json.dumps(document, indent=1) + "\n")
-    with (out / "ageing.txt").open("w") as file:
-        _print(Console(width=240, file=file), method, tables)
-    if as_json:
-        json.dump(document, sys.stdout, indent=1)
-        print()
-        return
-    _print(Console(width=None if sys.stdout.isatty() else 240), method, tables)
+    write_results(out, "ageing", document, lambda console: _print(console, method, tables), as_json)
 
 
 def _two_surveys(site: Path) -> list[Path]:

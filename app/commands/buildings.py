@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -12,12 +10,12 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
+from app.commands.named_choices import chosen
 from app.commands.progress import counting
-from app.errors import InvalidInput
+from app.commands.written_results import write_results
 from app.evaluation.building_campaign import Visited, pooled, visit_buildings
 from app.evaluation.trust_rows import LEGEND, TrustRow, trust_row, trust_rows_table
 from app.evaluation.written_figures import plain
-from app.fusion.interface import Method
 from app.fusion.methods import METHODS
 from app.fusion.warm_up import warm_up
 
@@ -40,23 +38,16 @@ def buildings(
     as_json: Annotated[bool, typer.Option("--json", help="Print buildings.json instead of the tables.")] = False,
 ) -> None:
     """Draw buildings from seeds, survey each, let strangers walk through, and compare every answer with the truth."""
-    chosen = _chosen(methods)
+    asked = chosen(methods, METHODS, "methods")
     out.mkdir(parents=True, exist_ok=True)
     warm_up()  # compiled once here, not in every worker
     with counting("buildings", count) as advance:
-        visited = list(visit_buildings(range(seed, seed + count), walks, chosen, jobs=jobs, done=advance))
-    document = {"seed": seed, "walks": walks, "methods": plain({name: _rows(visited, name) for name in chosen})}
+        visited = list(visit_buildings(range(seed, seed + count), walks, asked, jobs=jobs, done=advance))
+    document = {"seed": seed, "walks": walks, "methods": plain({name: _rows(visited, name) for name in asked})}
     document["buildings"] = {
         one.traits.name: {**asdict(one.traits), "survey_walks": one.survey_walks} for one in visited
     }
-    (out / "buildings.json").write_text(json.dumps(document, indent=1) + "\n")
-    with (out / "buildings.txt").open("w") as file:
-        _print(Console(width=240, file=file), visited, chosen)
-    if as_json:
-        json.dump(document, sys.stdout, indent=1)
-        print()
-        return
-    _print(Console(width=None if sys.stdout.isatty() else 240), visited, chosen)
+    write_results(out, "buildings", document, lambda console: _print(console, visited, asked), as_json)
 
 
 def _rows(visited: Sequence[Visited], method: str) -> dict[str, TrustRow]:
@@ -81,11 +72,3 @@ def _print(console: Console, visited: Sequence[Visited], methods: Mapping[str, A
 def _described(one: Visited) -> str:
     traits = one.traits
     return f"{traits.floors}, {traits.survey_m_per_m2:.2f} m/m2, {traits.offset_spread_db:.1f} dB"
-
-
-def _chosen(methods: str) -> dict[str, Method]:
-    names = list(METHODS) if methods == "all" else [name.strip() for name in methods.split(",") if name.strip()]
-    unknown = [name for name in names if name not in METHODS]
-    if unknown or not names:
-        raise InvalidInput(f"no methods {', '.join(unknown) or 'named'}; there are {', '.join(METHODS)}", "methods")
-    return {name: METHODS[name] for name in names}

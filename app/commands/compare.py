@@ -12,8 +12,9 @@ from typing import Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.progress import MofNCompleteColumn, Progress, TimeRemainingColumn
 
+from app.commands.named_choices import chosen
+from app.commands.progress import counting
 from app.errors import InvalidInput
 from app.evaluation.alone import ROWS
 from app.evaluation.campaign import Protocol, read_walks, run, walked_in
@@ -60,7 +61,8 @@ def compare(
             raise InvalidInput(f"{results} is not there; compare without --again first", "again")
         document = json.loads(results.read_text())
     else:
-        chosen, papers = _chosen(methods, ROWS, "methods"), _chosen(sites, {p.site: p for p in paper_sites()}, "sites")
+        rows = chosen(methods, ROWS, "methods")
+        papers = chosen(sites, {paper.site: paper for paper in paper_sites()}, "sites")
         folders = floor_folders(site)
         out.mkdir(parents=True, exist_ok=True)
         warm_up()  # compiled once here, not in every worker
@@ -68,9 +70,9 @@ def compare(
         document = {"seed": seed, "jobs": jobs, "sites": {}}
         for paper in papers.values():
             paper = paper if limit is None else replace(paper, walks=min(limit, paper.walks))
-            document["sites"][paper.site] = _on_site(paper, chosen, seed, jobs, out)
+            document["sites"][paper.site] = _on_site(paper, rows, seed, jobs, out)
         on_sites_s = time.monotonic() - began
-        document[OPEN] = _on_open_walks(folders, chosen, limit, jobs, out)
+        document[OPEN] = _on_open_walks(folders, rows, limit, jobs, out)
         document["seconds"] = time.monotonic() - began
         document[OPEN]["seconds"] = document["seconds"] - on_sites_s
         results.write_text(json.dumps(document, indent=1) + "\n")
@@ -84,10 +86,9 @@ def compare(
     _console.print(f"{out}: comparison.md, results.json, {len(list(out.glob('*.png')))} plots", highlight=False)
 
 
-def _on_site(paper: PaperSite, chosen: Mapping[str, Method], seed: int, jobs: int, out: Path) -> dict[str, Any]:
-    with _progress() as bar:
-        task = bar.add_task(paper.site, total=paper.walks * len(chosen))
-        site, answers = on_site(paper, chosen, seed, jobs, lambda: bar.update(task, advance=1, refresh=True))
+def _on_site(paper: PaperSite, methods: Mapping[str, Method], seed: int, jobs: int, out: Path) -> dict[str, Any]:
+    with counting(paper.site, paper.walks * len(methods)) as advance:
+        site, answers = on_site(paper, methods, seed, jobs, advance)
     steps = sum(map(steps_walked, site.walks))
     _draw_cdf(answers, paper.site, paper.title, out)
     plan = out / f"plan_{paper.site}.png"
@@ -100,15 +101,14 @@ def _on_site(paper: PaperSite, chosen: Mapping[str, Method], seed: int, jobs: in
 
 
 def _on_open_walks(
-    folders: Sequence[FloorFolder], chosen: Mapping[str, Method], limit: int | None, jobs: int, out: Path
+    folders: Sequence[FloorFolder], methods: Mapping[str, Method], limit: int | None, jobs: int, out: Path
 ) -> dict[str, Any]:
     protocol = Protocol(tested=tuple(range(Protocol().folds)), limit=limit)
-    with _progress() as bar:
-        reading = bar.add_task("reading walks", total=sum(len(folder.traces) for folder in folders))
-        walks = read_walks(folders, jobs, lambda: bar.update(reading, advance=1, refresh=True))
-        tested = {fold: walked_in(walks, protocol, fold) for fold in protocol.tested}
-        walking = bar.add_task("open walks", total=len(chosen) * sum(map(len, tested.values())))
-        answers = run(folders, walks, chosen, protocol, jobs, lambda: bar.update(walking, advance=1, refresh=True))
+    with counting("reading walks", sum(len(folder.traces) for folder in folders)) as advance:
+        walks = read_walks(folders, jobs, advance)
+    tested = {fold: walked_in(walks, protocol, fold) for fold in protocol.tested}
+    with counting("open walks", len(methods) * sum(map(len, tested.values()))) as advance:
+        answers = run(folders, walks, methods, protocol, jobs, advance)
     _draw_cdf(answers, OPEN, "Open walks, all folds", out)
     for folder in folders:
         here = {name: [a for a in found if a.floor == folder.floor.floor] for name, found in answers.items()}
@@ -142,17 +142,3 @@ def _draw_tracks(
 def _sparse(answers: Sequence[Answer]) -> list[Answer]:
     """The answers with a waypoint marked every ten seconds only, where the truth is known at every one."""
     return [replace(answer, waypoint=index % 10 == 0) for index, answer in enumerate(answers)]
-
-
-def _progress() -> Progress:
-    # without a thread that refreshes it: workers are forked off this process
-    columns = (*Progress.get_default_columns()[:2], MofNCompleteColumn(), TimeRemainingColumn())
-    return Progress(*columns, console=_console, auto_refresh=False)
-
-
-def _chosen(named: str, known: Mapping[str, Any], field: str) -> dict[str, Any]:
-    names = list(known) if named == "all" else [name.strip() for name in named.split(",") if name.strip()]
-    unknown = [name for name in names if name not in known]
-    if unknown or not names:
-        raise InvalidInput(f"no {field} {', '.join(unknown) or 'named'}; there are {', '.join(known)}", field)
-    return {name: known[name] for name in names}

@@ -6,12 +6,13 @@ import json
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import MofNCompleteColumn, Progress, TimeRemainingColumn
 
+from app.commands.named_choices import chosen, split_names
+from app.commands.progress import counting
 from app.errors import InvalidInput
 from app.evaluation.alone import ROWS
 from app.evaluation.campaign import Protocol, read_walks, run, walked_in
@@ -31,7 +32,6 @@ from app.fusion.warm_up import warm_up
 app = typer.Typer(
     help=__doc__, add_completion=False, subcommand_metavar="", context_settings={"allow_interspersed_args": True}
 )
-_progress_console = Console(stderr=True)
 
 
 @app.callback(invoke_without_command=True)
@@ -60,10 +60,10 @@ def evaluate(
     protocol = Protocol(
         folds, _tested(fold or ["0"], folds), limit, seconds, alert_limit, risk, bluetooth, survey_share
     )
-    chosen = _chosen(methods)
-    folders = floor_folders(site, _split(floors))
+    rows = chosen(methods, ROWS, "methods")
+    folders = floor_folders(site, split_names(floors))
     out.mkdir(parents=True, exist_ok=True)
-    answers = _measure(folders, chosen, protocol, jobs, smoothed)
+    answers = _measure(folders, rows, protocol, jobs, smoothed)
     results = {"site": site.resolve().name, **document(answers, protocol)}
     (out / "results.json").write_text(json.dumps(results, indent=1) + "\n")
     _draw(answers, folders, out)
@@ -84,27 +84,16 @@ def evaluate(
 def _measure(
     folders: Sequence[FloorFolder], methods: Mapping[str, Method], protocol: Protocol, jobs: int, smoothed: bool
 ) -> dict[str, list[Answer]]:
-    # without a thread that refreshes it: workers are forked off this process
-    with Progress(
-        *Progress.get_default_columns()[:2],
-        MofNCompleteColumn(),
-        TimeRemainingColumn(),
-        console=_progress_console,
-        auto_refresh=False,
-    ) as bar:
-
-        def counter(description: str, total: int) -> Any:
-            task = bar.add_task(description, total=total)
-            return lambda: bar.update(task, advance=1, refresh=True)
-
-        traces = sum(len(folder.traces) for folder in folders)
-        walks = read_walks(folders, jobs, counter("reading walks", traces))
-        warm_up()  # compiled once here, not in every worker
-        replays = len(methods) * sum(len(walked_in(walks, protocol, fold)) for fold in protocol.tested)
-        answers = run(folders, walks, methods, protocol, jobs, counter("walking", replays))
-        if smoothed:
-            answers |= late_rows(folders, walks, methods, protocol, jobs, counter("smoothing", replays))
-        return answers
+    with counting("reading walks", sum(len(folder.traces) for folder in folders)) as advance:
+        walks = read_walks(folders, jobs, advance)
+    warm_up()  # compiled once here, not in every worker
+    replays = len(methods) * sum(len(walked_in(walks, protocol, fold)) for fold in protocol.tested)
+    with counting("walking", replays) as advance:
+        answers = run(folders, walks, methods, protocol, jobs, advance)
+    if smoothed:
+        with counting("smoothing", replays) as advance:
+            answers |= late_rows(folders, walks, methods, protocol, jobs, advance)
+    return answers
 
 
 def _draw(answers: Mapping[str, list[Answer]], folders: Sequence[FloorFolder], out: Path) -> None:
@@ -122,21 +111,9 @@ def _draw(answers: Mapping[str, list[Answer]], folders: Sequence[FloorFolder], o
             error_over_time(walks, f"{name}: error and protection level", out / f"error_over_time_{name}.png")
 
 
-def _chosen(methods: str) -> dict[str, Method]:
-    names = list(ROWS) if methods == "all" else _split(methods)
-    unknown = [name for name in names if name not in ROWS]
-    if unknown or not names:
-        raise InvalidInput(f"no method {', '.join(unknown) or 'named'}; there are {', '.join(ROWS)}", "methods")
-    return {name: ROWS[name] for name in names}
-
-
 def _tested(fold: Sequence[str], folds: int) -> tuple[int, ...]:
     if "all" in fold:
         return tuple(range(folds))
     if not all(one.isdecimal() for one in fold):
         raise InvalidInput(f"fold must be a number from 0 to {folds - 1}, or all", "fold")
     return tuple(sorted({int(one) for one in fold}))
-
-
-def _split(names: str) -> list[str]:
-    return [name.strip() for name in names.split(",") if name.strip()]

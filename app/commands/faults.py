@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import MofNCompleteColumn, Progress, TimeRemainingColumn
 
+from app.commands.named_choices import chosen, split_names
 from app.commands.progress import counting
+from app.commands.written_results import write_results
 from app.errors import InvalidInput
 from app.evaluation.campaign import Protocol, parted, read_walks
 from app.evaluation.fault_campaign import CLEAN, Answered, FaultScore, at_limit, fault_score, run_faults
@@ -30,7 +29,6 @@ from app.fusion.warm_up import warm_up
 app = typer.Typer(
     help=__doc__, add_completion=False, subcommand_metavar="", context_settings={"allow_interspersed_args": True}
 )
-_progress_console = Console(stderr=True)
 ALERT_LIMITS_M = (10.0, 20.0)
 FIRST_SEED = 6000
 """Of the simulated buildings."""
@@ -64,20 +62,20 @@ def faults(
     limits_m = sorted(set(alert_limit or ALERT_LIMITS_M))
     # a level does not depend on the alert limit: what the largest was told says what the others would have been
     protocol = Protocol(folds, tuple(sorted(set(fold or [0]))), limit, alert_limit_m=limits_m[-1], risk=risk)
-    chosen, injectors = _chosen(methods, METHODS, "methods"), _chosen(named, FAULTS, "faults")
+    asked, injectors = chosen(methods, METHODS, "methods"), chosen(named, FAULTS, "faults")
     if site is None and not simulated:
         raise InvalidInput("name a folder of recorded walks, or a number of simulated buildings, or both", "site")
-    folders = [] if site is None else floor_folders(site, _split(floors))
+    folders = [] if site is None else floor_folders(site, split_names(floors))
     out.mkdir(parents=True, exist_ok=True)
     parts: dict[str, Scores] = {}
     if site is not None:
-        answers = _measure(folders, chosen, injectors, protocol, seed, jobs)
+        answers = _measure(folders, asked, injectors, protocol, seed, jobs)
         parts[f"fold {', '.join(map(str, protocol.tested))}"] = _judged(answers, limits_m)
     if simulated:
         warm_up()
         with counting("buildings", simulated) as advance:
             seeds = range(FIRST_SEED, FIRST_SEED + simulated)
-            answers = run_simulated_faults(seeds, visits, chosen, injectors, protocol, seed, jobs, advance)
+            answers = run_simulated_faults(seeds, visits, asked, injectors, protocol, seed, jobs, advance)
         parts[f"{simulated} simulated buildings"] = _judged(answers, limits_m)
     document = {
         "site": None if site is None else site.resolve().name,
@@ -85,14 +83,7 @@ def faults(
         "seed": seed,
         "parts": {part: fault_document(scores) for part, scores in parts.items()},
     }
-    (out / "faults.json").write_text(json.dumps(document, indent=1) + "\n")
-    with (out / "faults.txt").open("w") as file:
-        _print(Console(width=180, file=file), parts)
-    if as_json:
-        json.dump(document, sys.stdout, indent=1)
-        print()
-        return
-    _print(Console(width=None if sys.stdout.isatty() else 180), parts)
+    write_results(out, "faults", document, lambda console: _print(console, parts), as_json)
 
 
 def _measure(
@@ -103,21 +94,12 @@ def _measure(
     seed: int,
     jobs: int,
 ) -> dict[str, dict[str, Answered]]:
-    # without a thread that refreshes it: workers are forked off this process
-    columns = (*Progress.get_default_columns()[:2], MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=_progress_console, auto_refresh=False) as bar:
-        reading = bar.add_task("reading walks", total=sum(len(folder.traces) for folder in folders))
-        walks = read_walks(folders, jobs, lambda: bar.update(reading, advance=1, refresh=True))
-        warm_up()  # compiled once here, not in every worker
-        walked = sum(len(parted(walks, protocol, fold)[1]) for fold in protocol.tested)
-        walking = bar.add_task("walking", total=walked * len(methods) * (1 + len(injectors)))
-
-        def advance() -> None:
-            bar.update(walking, advance=1, refresh=True)
-
-        found = run_faults(folders, walks, methods, injectors, protocol, seed, jobs, advance)
-        bar.update(walking, total=bar.tasks[walking].completed)  # some walks offer nothing to fault
-    return found
+    with counting("reading walks", sum(len(folder.traces) for folder in folders)) as advance:
+        walks = read_walks(folders, jobs, advance)
+    warm_up()  # compiled once here, not in every worker
+    walked = sum(len(parted(walks, protocol, fold)[1]) for fold in protocol.tested)
+    with counting("walking", walked * len(methods) * (1 + len(injectors))) as advance:
+        return run_faults(folders, walks, methods, injectors, protocol, seed, jobs, advance)
 
 
 def _judged(answers: Mapping[str, Mapping[str, Answered]], limits_m: Sequence[float]) -> Scores:
@@ -137,15 +119,3 @@ def _print(console: Console, parts: Mapping[str, Scores]) -> None:
         for limit_m, methods in scores.items():
             for name, rows in methods.items():
                 console.print(fault_table(rows, f"{name}, {part}, alert limit {limit_m:g} m"))
-
-
-def _chosen(named: str, known: Mapping[str, Any], field: str) -> dict[str, Any]:
-    names = list(known) if named == "all" else _split(named)
-    unknown = [name for name in names if name not in known]
-    if unknown or not names:
-        raise InvalidInput(f"no {field} {', '.join(unknown) or 'named'}; there are {', '.join(known)}", field)
-    return {name: known[name] for name in names}
-
-
-def _split(names: str) -> list[str]:
-    return [name.strip() for name in names.split(",") if name.strip()]

@@ -20,3 +20,4 @@ def counting(description: str, total: int) -> Iterator[Callable[[], None]]:
         task = bar.add_task(description, total=total)
         bar.refresh()
         yield lambda: bar.update(task, advance=1, refresh=True)
+        bar.update(task, total=bar.tasks[task].completed)  # some of the work may have turned out to be none

@@ -28,8 +28,6 @@ KEEP_ALIVE_S = 75
 STOP_PATIENCE_S = 5
 """Listeners of events stay connected for ever; a server that stops does not wait for them."""
 LOOK_EVERY_S = 0.2
-SHARED_METRICS = "PROMETHEUS_MULTIPROC_DIR"
-"""Where the workers' figures are added up; has to be set before they start."""
 
 app = typer.Typer(help=__doc__, add_completion=False)
 
@@ -115,10 +113,12 @@ def _serve_alone(settings: Settings) -> None:
 
 def _serve_together(settings: Settings) -> None:
     """Several processes on one port; each makes the application from the environment."""
+    from app.api.metrics import SHARED_FOLDER  # brings the web framework, see above
+
     port = settings.port or _free_port(settings.host)
     chosen = settings.model_copy(update={"port": port})
     with tempfile.TemporaryDirectory(prefix="surefix-metrics-") as folder:
-        os.environ[SHARED_METRICS] = folder
+        os.environ[SHARED_FOLDER] = folder
         os.environ |= {f"SUREFIX_{name.upper()}": str(value) for name, value in chosen.model_dump().items()}
         threading.Thread(target=_announce_when_ready, args=(settings.host, port), daemon=True).start()
         uvicorn.run(

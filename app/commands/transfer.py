@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
@@ -11,7 +9,9 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from app.commands.named_choices import split_names
 from app.commands.progress import counting
+from app.commands.written_results import write_results
 from app.evaluation.campaign import Protocol, read_walks, walked_in
 from app.evaluation.recordings import floor_folders
 from app.evaluation.transfer import Transferred, floor_walks, learnt_levels, leave_one_floor_out, replays
@@ -37,7 +37,7 @@ def transfer(
 ) -> None:
     """Choose the settings of surefix on each floor alone, and see what its levels are worth on the others."""
     protocol = Protocol(folds, tuple(range(folds)), limit)
-    folders = floor_folders(site, [name.strip() for name in floors.split(",") if name.strip()])
+    folders = floor_folders(site, split_names(floors))
     out.mkdir(parents=True, exist_ok=True)
     with counting("reading walks", sum(len(folder.traces) for folder in folders)) as advance:
         walks = read_walks(folders, jobs, advance)
@@ -47,14 +47,7 @@ def transfer(
         cut = [floor_walks(folder, walks, protocol, jobs, advance) for folder in folders]
         found = list(leave_one_floor_out(cut, learnt_levels))
     document = {"site": site.resolve().name, "rows": plain(found)}
-    (out / "transfer.json").write_text(json.dumps(document, indent=1) + "\n")
-    with (out / "transfer.txt").open("w") as file:
-        _print(Console(width=240, file=file), found)
-    if as_json:
-        json.dump(document, sys.stdout, indent=1)
-        print()
-        return
-    _print(Console(width=None if sys.stdout.isatty() else 240), found)
+    write_results(out, "transfer", document, lambda console: _print(console, found), as_json)
 
 
 def _print(console: Console, found: Sequence[Transferred]) -> None:

@@ -21,10 +21,9 @@ from app.evaluation.paper_layouts import (
     three_areas,
 )
 from app.observations import Carrying
+from app.pdr.carrying_position import CLASSES
 from app.simulation.layouts import Layout, Rect
 from app.simulation.planned_site import Manner
-
-ANY_CARRYING = (Carrying.HANDHELD, Carrying.POCKET, Carrying.CALL, Carrying.SWINGING)
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +131,7 @@ def _hall_site() -> PaperSite:
         length_m=85.0,
         manner=Manner(scan_every_s=0.54),
         walks=20,
-        carrying=ANY_CARRYING,
+        carrying=CLASSES,
         start_known=True,
     )
 

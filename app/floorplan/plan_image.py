@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import struct
 import zlib
-from dataclasses import dataclass
 
 from app.errors import InvalidInput, TooLarge
 
@@ -17,16 +16,8 @@ _FRAME_BYTES = 12
 """Of a chunk, beside its data: length, name, checksum."""
 
 
-@dataclass(frozen=True, slots=True)
-class ImageSize:
-    """Pixels."""
-
-    width_px: int
-    height_px: int
-
-
-def png_size(body: bytes) -> ImageSize:
-    """The size of a PNG whose chunks are all there and undamaged; its pixels are not decompressed.
+def refuse_unusable_png(body: bytes) -> None:
+    """Nothing, of a PNG whose chunks are all there and undamaged; its pixels are not decompressed.
 
     Raises
     ------
@@ -55,10 +46,10 @@ def png_size(body: bytes) -> ImageSize:
             break
     if not names or names[0] != b"IHDR" or names[-1] != b"IEND" or b"IDAT" not in names:
         raise InvalidInput("the PNG ends too early or lacks its header")
-    return _checked_size(header)
+    _refuse_unusable_header(header)
 
 
-def _checked_size(header: bytes) -> ImageSize:
+def _refuse_unusable_header(header: bytes) -> None:
     if len(header) != 13:
         raise InvalidInput("the header of the PNG is damaged")
     width, height, depth, colour, compression, filtering, interlace = struct.unpack(">IIBBBBB", header)
@@ -67,4 +58,3 @@ def _checked_size(header: bytes) -> ImageSize:
         raise InvalidInput("the header of the PNG is damaged")
     if max(width, height) > LARGEST_SIDE_PX or width * height > LARGEST_AREA_PX:
         raise TooLarge(f"{width} x {height} pixels; at most {LARGEST_SIDE_PX} a side, {LARGEST_AREA_PX:,} in all")
-    return ImageSize(width, height)

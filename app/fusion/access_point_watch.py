@@ -24,6 +24,7 @@ from app.observations import Excluded, WifiScan
 from app.wifi.bssid import format_bssid
 from app.wifi.expected_readings import expected_readings
 from app.wifi.radio_map import RadioMap
+from app.wifi.readings import only
 
 storable(AccessPointRecord)
 
@@ -68,8 +69,7 @@ def trusted(
         watch = replace(watch, listed=listed)
     if not len(out):
         return watch, scan
-    kept = ~within(scan.bssid, np.sort(out))
-    return watch, replace(scan, bssid=scan.bssid[kept], rssi_dbm=scan.rssi_dbm[kept], seen_s=scan.seen_s[kept])
+    return watch, only(scan, ~within(scan.bssid, np.sort(out)))
 
 
 def _left_out(
@@ -149,27 +149,27 @@ def excluded(watch: AccessPointWatch, settings: AccessPointWatchSettings) -> tup
     return (
         *listed,
         *(
-            Excluded(_reason(record, row, kinds[row]), bssid=bssid)
+            # watch lists know the fault by the first word
+            Excluded(f"{kinds[row]}: {_signs(record, row, kinds[row])}", bssid=bssid)
             for row in np.flatnonzero(record.excluded).tolist()
             if (bssid := int(record.bssid[row])) not in told
         ),
     )
 
 
-def _reason(record: AccessPointRecord, row: int, kind: AccessPointFault) -> str:
-    """Begins with the word by which watch lists know the fault."""
+def _signs(record: AccessPointRecord, row: int, kind: AccessPointFault) -> str:
     level, misfits = f"{record.level_dbm[row]:.0f} dBm", _scans(int(record.misfits[row]))
     match kind:
         case AccessPointFault.VANISHED:
-            return f"vanished: missing from {_scans(int(record.misses[row]))} where the survey heard it"
+            return f"missing from {_scans(int(record.misses[row]))} where the survey heard it"
         case AccessPointFault.SPOOFED:
-            return f"spoofed: {level} over {record.reach_m[row]:.0f} m of the way"
+            return f"{level} over {record.reach_m[row]:.0f} m of the way"
         case AccessPointFault.SWAPPED:
-            return f"swapped: sounds like {format_bssid(int(record.partner[row]))}, which sounds like it"
+            return f"sounds like {format_bssid(int(record.partner[row]))}, which sounds like it"
         case AccessPointFault.DUPLICATED:
-            return f"duplicated: heard in {misfits} as it cannot be, beside where it was surveyed"
+            return f"heard in {misfits} as it cannot be, beside where it was surveyed"
         case AccessPointFault.MOVED:
-            return f"moved: heard in {misfits} as it cannot be where it was surveyed, {level} on average"
+            return f"heard in {misfits} as it cannot be where it was surveyed, {level} on average"
 
 
 def _scans(count: int) -> str:

@@ -1,6 +1,6 @@
 """Method D, `adaptive_robust_kf`: an error-state filter, its noise by context, its trust in each fix by an F test.
 
-An improved WiFi/PDR system with adaptive and robust filter, papers/adaptive_robust_filter.txt;
+"An improved WiFi/PDR integrated system using an adaptive and robust filter for indoor localization";
 docs/methods/adaptive_robust_kf.md says what differs and why, and what was measured.
 """
 

@@ -92,9 +92,8 @@ def taken(
     length_m = step_length_m(cells, step.duration_s, carrying)
     sigma_m = constants_of(carrying).sigma_m
     if len(cells) < LEAST_CELLS:  # a gap: nothing but the shared detector knows of this step
-        known = step.heading_sigma_rad < 1.0
         told = replace(step, length_m=length_m)
-        return carried, CarriedStep(told, carrying, sigma_m, step.heading_sigma_rad**2, known)
+        return carried, CarriedStep(told, carrying, sigma_m, step.heading_sigma_rad**2, step.absolute)
     middle_s = step.time_s - 0.5 * step.duration_s
     direction, variance = walked_on(
         carried.direction, cells, phone.motion.pose_near(middle_s), carrying, settings.direction

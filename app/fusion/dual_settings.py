@@ -54,9 +54,8 @@ class DualSettings:
     track : `learning` False is the paper's state, the position alone.
     heading_rad : of a step beside what attitude and axis account for.
     fix_scale : of the kernel density's covariance.  misfit_m2 : variance of a fix in each direction for every dB^2 by
-    which the scan departs from the best point. 1 and 0 are the paper, whose radii are then
-    too small.  lasting : share of it that stays the same for as
-    long as the surroundings do; 0 is the paper.
+    which the scan departs from the best point. 1 and 0 are the paper, whose radii are then too small.
+    lasting : share of it that stays the same for as long as the surroundings do; 0 is the paper.
     least_known : access points known to the map with which a scan is usable.
     silent_after_s : without a usable scan for so long the track coasts.
     tail : protection level beside a Gaussian's of the same covariance.

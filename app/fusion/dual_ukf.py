@@ -1,7 +1,7 @@
 """Method C, `dual_ukf`: one unscented filter for the phone's attitude, one for the walker's position.
 
-WiFi/PDR-integrated indoor localization using unconstrained smartphones, papers/unconstrained_smartphones_dual_ukf.txt;
-docs/methods/dual_ukf.md says what differs and why, and what was measured.
+Yu, Na, Liu and Deng, "WiFi/PDR-integrated indoor localization using unconstrained smartphones", EURASIP J. Wireless
+Communications and Networking 2019:41; docs/methods/dual_ukf.md says what differs and why, and what was measured.
 """
 
 from __future__ import annotations

@@ -13,6 +13,8 @@ from app.wifi.radio_map import RadioMap
 
 HINT_WEIGHT = 3.0
 """What a hinted floor counts against any other in the first scan's vote; it does not bind."""
+LEAST_VOTE = 0.02
+"""Of every floor where a hint weighs them: one that got no vote at all still gets a share of the hint."""
 storable(FloorBelief)
 
 
@@ -27,8 +29,7 @@ def chosen_floor(
     """The belief after one more scan. belief : before, None at the first scan.  hint : what the phone said at first."""
     votes = match.floor_probability
     if belief is None and hint in radio_map.floors:
-        # a floor that got no vote at all still gets a share of the hint
-        votes = (votes + 0.02) * np.where([floor == hint for floor in radio_map.floors], HINT_WEIGHT, 1.0)
+        votes = (votes + LEAST_VOTE) * np.where([floor == hint for floor in radio_map.floors], HINT_WEIGHT, 1.0)
         votes = votes / votes.sum()
     levels = {name: floor.level for name, floor in site.floors.items()}
     return advance_floor(belief, radio_map.floors, votes, levels, floor_settings(radio_map), match.unlike)

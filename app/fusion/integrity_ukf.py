@@ -1,7 +1,7 @@
 """Method A, `integrity_ukf`: an unscented filter over steps and WiFi fixes that watches its own innovations.
 
-Integrity monitoring for indoor positioning, papers/integrity_monitoring_ukf.txt; docs/methods/integrity_ukf.md says
-what differs and why, and what was measured.
+"Integrity monitoring ... WiFi/PDR/smartphone-integrated indoor positioning"; docs/methods/integrity_ukf.md says what
+differs and why, and what was measured.
 """
 
 from __future__ import annotations

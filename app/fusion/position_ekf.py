@@ -1,6 +1,7 @@
 """The two-stage paper's second extended filter: position, step length and heading, a step at a time.
 
-two_stage_ekf_moving_partition.txt, Eq. 18-25 (methods.md B). State: x, y, step length, heading clockwise from north.
+Two-stage WiFi/MEMS integration, Micromachines 2019, 10, 198, Eq. 18-25 (docs/methods/two_stage_ekf.md). State: x, y,
+step length, heading clockwise from north.
 
 Differs from the paper: its four measurements are one vector of every step, here each is fused when it is there; a step
 goes along the heading in its middle, not at its beginning; a heading that nobody knows yet moves nothing.

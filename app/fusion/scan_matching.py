@@ -29,7 +29,7 @@ class FixError:
 
     d is the signal distance to the best neighbour, in the matcher's unit: a scan unlike anything surveyed was taken
     elsewhere. lasting : share of the variance that stays the same for as long as the surroundings do.
-    Least squares over the scans of folds 1-4 of the mall walks, lasting from their correlation in time (baselines).
+    Least squares over the scans of folds 1-4 of the mall walks, lasting from their correlation in time.
     """
 
     least_m2: float = 8.0

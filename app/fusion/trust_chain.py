@@ -1,7 +1,7 @@
 """Method E, `trust_chain`: steps from one trusted fix to the next, WiFi the more the longer none was trusted.
 
-Indoor continuous positioning on the move, papers/trust_chain_fusion.txt; docs/methods/trust_chain.md says what differs
-and why, and what was measured.
+Trust Chain Positioning Fusion, Sensors 2015, 15, 29850; docs/methods/trust_chain.md says what differs and why, and
+what was measured.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Method B, `two_stage_ekf`: an attitude filter turns the steps, a position filter joins them with WiFi.
 
-WiFi/MEMS integration with a moving partition, papers/two_stage_ekf_moving_partition.txt; docs/methods/two_stage_ekf.md
-says what differs and why, and what was measured.
+Two-stage WiFi/MEMS integration, Micromachines 2019, 10, 198; docs/methods/two_stage_ekf.md says what differs and
+why, and what was measured.
 """
 
 from __future__ import annotations

@@ -16,12 +16,11 @@ import numpy as np
 
 from app.estimation.arrays import FloatArray, IntArray
 from app.observations import Motion, RadioFix, Step
+from app.pdr.rhythm import STEP_OVERDUE
 from app.pdr.turn_doubt import SPAN_S, TurnRecord, led
 
 BLIND_AFTER_S = 10.0
 """Without a step for so long, and yet not still, a phone moves in a way that nobody counts."""
-STEP_OVERDUE = 1.8
-"""Of a step's duration: so long after it, without the next, the walker has stopped."""
 LONGEST_BLIND_S = 1.0
 MOST_BLIND = 20_000
 """Pieces of a session's blind time; of days of it they are longer."""

@@ -1,6 +1,6 @@
 """Direction of walking from the newest WiFi fixes: the line through them, signed by progress.
 
-two_stage_ekf_moving_partition.txt, section 4.2 (methods.md B).
+Two-stage WiFi/MEMS integration, Micromachines 2019, 10, 198, section 4.2 (docs/methods/two_stage_ekf.md).
 """
 
 from __future__ import annotations

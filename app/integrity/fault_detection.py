@@ -25,7 +25,7 @@ class MonitorSettings:
     monitored : False leaves the plain filter: every finite measurement is fused, nothing is ever flagged.
     false_alarm : of phase 1, section 4.4.1, from aviation.  outlier_sigmas : C of Eq. 42.
     outlier_gain : m of Eq. 43, in (0, 1); the paper gives no value, ours leaves a hundredth.
-    fault_after : failed tests of one source in a row that make a fault; the paper says "successively", methods.md 3.
+    fault_after : failed tests of one source in a row that make a fault; the paper only says "successively".
     literal_phase3 : Pzz of phase 3 from the inflated R, as Eq. 42 is written. Then no component can ever fail.
     """
 

@@ -1,7 +1,7 @@
 """Attitude by the two-stage paper's first extended filter: heading, pitch and roll from gyroscope and accelerometer.
 
-two_stage_ekf_moving_partition.txt, Eq. 9-17 (methods.md B). Pitch is about the device's x axis, roll about its y axis,
-heading clockwise, as Eq. 12 has it.
+Two-stage WiFi/MEMS integration, Micromachines 2019, 10, 198, Eq. 9-17 (docs/methods/two_stage_ekf.md). Pitch is
+about the device's x axis, roll about its y axis, heading clockwise, as Eq. 12 has it.
 
 Differs from the paper: its Eq. 16 turns pitch and roll about each other's axes, so that gravity would pull the angles
 away from those that Eq. 12 integrates; Eq. 15 is used with the axes of Eq. 12. The start is level with the first

@@ -1,8 +1,9 @@
 """Still or moving, as the trust chain tells it: mean and variance of the horizontal acceleration, variance of the norm.
 
-trust_chain_fusion.txt, section 3.2.1 (methods.md E): still when all three are below a threshold of their own. Differs
-from the paper, which names neither thresholds nor windows: means and variances forget exponentially, and gravity, which
-the horizontal part is perpendicular to, is the slow mean of the acceleration itself.
+Trust Chain Positioning Fusion, Sensors 2015, 15, 29850, section 3.2.1 (docs/methods/trust_chain.md): still when all
+three are below a threshold of their own. Differs from the paper, which names neither thresholds nor windows: means and
+variances forget exponentially, and gravity, which the horizontal part is perpendicular to, is the slow mean of the
+acceleration itself.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """The first filter of method C: the phone's attitude as a quaternion, by the unscented transform.
 
-Unconstrained-smartphones paper section 5.2, its equations 7 to 18 (the images are lost; this is the reading of
-methods.md). State: the quaternion (w, x, y, z) from the device to east-north-up. The gyroscope moves it linearly,
-q <- exp(0.5 Ts Omega(w)) q, so that its mean and covariance need no sigma points; what accelerometer and magnetometer
-should show, R(q)' g0 and R(q)' h0, is not linear and gets them.
+Yu, Na, Liu and Deng, EURASIP J. Wireless Communications and Networking 2019:41, section 5.2, its equations 7 to 18 (the
+images are lost; this is our reading: docs/methods/dual_ukf.md). State: the quaternion (w, x, y, z) from the device to
+east-north-up. The gyroscope moves it linearly, q <- exp(0.5 Ts Omega(w)) q, so that its mean and covariance need no
+sigma points; what accelerometer and magnetometer should show, R(q)' g0 and R(q)' h0, is not linear and gets them.
 
 Differs from the paper: the sensors of a phone do not tick together, so each is an observation of its own at its own
 time; noises are densities over time, so that the phone's rate does not matter; sigma points are normalised before they

@@ -34,6 +34,8 @@ SPIN_LIMIT, TAU_SPIN_S, FOREARM_M = 4.5, 0.5, 0.4
 """rad/s, root mean square: swinging arms and thighs stay below (45 degrees at 1 Hz: 3.5). No walk begins with less
 acceleration than turning the phone at the forearm's length explains."""
 USUAL_PERIOD_S = 0.55
+STEP_OVERDUE = 1.8
+"""Of a step's duration: so long after it, without the next, the walker has stopped."""
 
 (USUAL, PERIOD, LAST_S, LAST_CANDIDATE_S, RUN_SHORT, RUN_LONG, RUN, STEP_S,
  LAST_TURNED, HELD, PAUSED, ROUGH, BEFORE_1, BEFORE_2) = range(14)  # fmt: skip

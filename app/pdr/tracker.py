@@ -105,7 +105,7 @@ def _output(state: PdrState, steps: tuple[Step, ...]) -> PdrOutput:
     until_s = float(state.attitude.time_s[attitude_state.ACC])
     since_step_s = until_s - float(walk[rhythm.STEP_S]) if math.isfinite(until_s) else math.inf
     period_s = float(walk[rhythm.PERIOD])
-    walking = since_step_s < 1.8 * period_s
+    walking = since_step_s < rhythm.STEP_OVERDUE * period_s
     still_since_s = float(signal[step_detection.STILL_SINCE_S])
     is_still = math.isfinite(still_since_s)
     motion = Motion.STILL if is_still else Motion.WALKING if walking else Motion.UNKNOWN

@@ -1,8 +1,8 @@
 """Turn detection of the two-stage paper: a step during which the gyroscope turned far about the vertical.
 
-two_stage_ekf_moving_partition.txt, section 4.2 (methods.md B). Differs from the paper, which holds the phone level and
-adds up its z axis: the turn about the vertical comes from the attitude, so that a phone may be held at a slant. The
-paper shows its threshold in a figure only.
+Two-stage WiFi/MEMS integration, Micromachines 2019, 10, 198, section 4.2 (docs/methods/two_stage_ekf.md).
+Differs from the paper, which holds the phone level and adds up its z axis: the turn about the vertical comes from the
+attitude, so that a phone may be held at a slant. The paper shows its threshold in a figure only.
 """
 
 from __future__ import annotations

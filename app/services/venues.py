@@ -12,7 +12,7 @@ import orjson
 from app.errors import Conflict, InvalidInput, NotFound
 from app.floorplan.georeference import Georeference
 from app.floorplan.plan import accept_plan
-from app.floorplan.plan_image import png_size
+from app.floorplan.plan_image import refuse_unusable_png
 from app.services.identifiers import is_identifier, no_venue, refuse_identifier
 from app.storage.venue_rows import FloorRow, VenueRow, VenueRows
 from app.survey.admission import FloorExtent
@@ -90,10 +90,7 @@ class Venues:
 
     async def floor(self, venue: str, floor: str) -> tuple[FloorRow, bytes | None]:
         """A floor and its plan."""
-        _, found = await self.read(venue)
-        row = next((one for one in found if one.floor == floor), None)
-        if row is None:
-            raise NotFound(f"venue {venue} has no floor {floor[:64]!r}")
+        row = await self._row(venue, floor)
         return row, await self._rows.read_plan(venue, floor) if row.has_plan else None
 
     async def put_floor(self, venue: str, floor: str, draft: FloorDraft) -> StoredFloor:
@@ -119,8 +116,7 @@ class Venues:
         created = await self._rows.put_floor(venue, floor, values) if is_identifier(venue) else None
         if created is None:
             raise no_venue(venue)
-        row, _ = await self.floor(venue, floor)
-        return StoredFloor(row, created, warnings)
+        return StoredFloor(await self._row(venue, floor), created, warnings)
 
     async def put_image(self, venue: str, floor: str, body: bytes) -> None:
         """Set a floor's raster plan, a PNG.
@@ -130,14 +126,14 @@ class Venues:
         InvalidInput : not a whole PNG.
         TooLarge : more pixels than can be shown.
         """
-        await asyncio.to_thread(png_size, body)
+        await asyncio.to_thread(refuse_unusable_png, body)
         known = is_identifier(venue) and is_identifier(floor)
         if not known or not await self._rows.put_image(venue, floor, body):
             raise NotFound(f"there is no floor {floor[:64]!r} of a venue {venue[:64]!r}")
 
     async def image(self, venue: str, floor: str) -> bytes:
         """A floor's raster plan; NotFound also where it has none."""
-        await self.floor(venue, floor)
+        await self._row(venue, floor)
         image = await self._rows.read_image(venue, floor)
         if image is None:
             raise NotFound(f"floor {floor} has no image")
@@ -149,6 +145,13 @@ class Venues:
         if plan is None:
             raise NotFound(f"floor {floor} has no plan")
         return plan
+
+    async def _row(self, venue: str, floor: str) -> FloorRow:
+        _, found = await self.read(venue)
+        row = next((one for one in found if one.floor == floor), None)
+        if row is None:
+            raise NotFound(f"venue {venue} has no floor {floor[:64]!r}")
+        return row
 
 
 def floor_extent(row: FloorRow) -> FloorExtent:

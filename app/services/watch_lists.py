@@ -18,12 +18,13 @@ from enum import StrEnum
 
 from app.errors import DependencyDown, InvalidInput, NotFound
 from app.fusion.interface import Site
+from app.integrity.access_point_record import AccessPointFault
 from app.observations import Excluded, Fix
 from app.services.identifiers import is_identifier, no_version
 from app.storage.watch_list_rows import WatchedRow, WatchListRows
 from app.wifi.bssid import parse_bssid
 
-REASONS = frozenset({"moved", "swapped", "spoofed", "duplicated", "vanished"})
+REASONS = frozenset(AccessPointFault)
 """First words of the reasons that say something about an access point, and not about a phone or a moment."""
 WATCHED_MS = 48 * 3_600_000
 """For so long after it was first seen an access point is watched; then it is permanently left out."""

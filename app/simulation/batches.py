@@ -10,8 +10,8 @@ import numpy as np
 from app.observations import AxisSamples, PressureSamples
 from app.simulation.access_points import AccessPoints
 from app.simulation.recording import Recording
-from app.simulation.trace_writer import bssid_text
 from app.simulation.wifi_scanner import SimulatedScan
+from app.wifi.bssid import format_bssid
 
 
 def batch_bodies(recording: Recording, access_points: AccessPoints, seconds: float = 1.0) -> Iterator[dict[str, Any]]:
@@ -59,7 +59,7 @@ def _pressures(stream: PressureSamples, after_s: float, until_s: float) -> dict[
 
 
 def _readings(scan: SimulatedScan, access_points: AccessPoints) -> list[dict[str, Any]]:
-    addresses = [bssid_text(bssid) for bssid in access_points.bssid[scan.network].tolist()]
+    addresses = [format_bssid(bssid) for bssid in access_points.bssid[scan.network].tolist()]
     frequencies = access_points.frequency_mhz[access_points.radio[scan.network]].tolist()
     return [
         {"bssid": bssid, "rssi": rssi, "frequency": frequency, "seen": seen}

@@ -42,16 +42,14 @@ def magnetic_disturbance(rng: np.random.Generator) -> RandomField:
 
 def feel(walk: Walk, disturbance: RandomField, rng: np.random.Generator) -> InertialRecord:
     """The sensors' samples along a walk, one each at every time of the walk."""
-    rate_hz = (len(walk.time_s) - 1) / (walk.time_s[-1] - walk.time_s[0])
-    attitude = held(walk, rate_hz, rng)
-    return sensed(walk, attitude, body_motion_mps2(walk, rate_hz, rng), disturbance, rng)
+    return sensed(walk, held(walk, rng), body_motion_mps2(walk, rng), disturbance, rng)
 
 
 def sensed(
     walk: Walk, attitude: Rotation, motion_mps2: FloatArray, disturbance: RandomField, rng: np.random.Generator
 ) -> InertialRecord:
     """What the sensors say of an attitude (device to east-north-up) and an acceleration (n, 3) in that frame."""
-    rate_hz = (len(walk.time_s) - 1) / (walk.time_s[-1] - walk.time_s[0])
+    rate_hz = walk.rate_hz
     force = motion_mps2 + np.array([0.0, 0.0, GRAVITY_MPS2])
     accelerometer = attitude.inv().apply(force) + rng.normal(0.0, 0.25, 3) + rng.normal(0.0, 0.12, force.shape)
 
@@ -72,9 +70,9 @@ def sensed(
     return InertialRecord(*(AxisSamples(time_s, np.ascontiguousarray(values)) for values in streams))
 
 
-def held(walk: Walk, rate_hz: float, rng: np.random.Generator) -> Rotation:
+def held(walk: Walk, rng: np.random.Generator) -> Rotation:
     """Attitude, device to east-north-up: heading, then pitch about the device's x, then roll about its y."""
-    count, swing = len(walk.time_s), np.minimum(walk.speed_mps / 1.1, 1.3)
+    rate_hz, count, swing = walk.rate_hz, len(walk.time_s), np.minimum(walk.speed_mps / 1.1, 1.3)
     steps, strides = 2 * np.pi * walk.step_phase, np.pi * walk.step_phase
     phase = rng.uniform(0.0, 2 * np.pi, 3)
     yaw = walk.heading_rad + rng.normal(0.0, np.radians(7.0)) + wander(rng, count, 6.0 * rate_hz, np.radians(4.0))
@@ -86,8 +84,9 @@ def held(walk: Walk, rate_hz: float, rng: np.random.Generator) -> Rotation:
     return Rotation.from_euler("ZXY", np.column_stack([-yaw, pitch, roll]))
 
 
-def body_motion_mps2(walk: Walk, rate_hz: float, rng: np.random.Generator) -> FloatArray:
+def body_motion_mps2(walk: Walk, rng: np.random.Generator) -> FloatArray:
     """Acceleration (n, 3) of the phone in east, north, up: up and down with every step, fore and aft, side to side."""
+    rate_hz = walk.rate_hz
     step_m = walk.speed_mps / np.maximum(np.gradient(walk.step_phase) * rate_hz, 0.5)
     # the swing from trough to peak grows with the fourth power of the step length, as Weinberg found
     size = np.clip((step_m / walk.person.bounce) ** 4, 0.0, 21.0) * (walk.speed_mps > 0.15)

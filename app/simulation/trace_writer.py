@@ -10,6 +10,7 @@ from app.observations import AxisSamples
 from app.simulation.access_points import AccessPoints
 from app.simulation.recording import Recording
 from app.simulation.wifi_scanner import SimulatedScan
+from app.wifi.bssid import format_bssid
 
 
 def trace_lines(recording: Recording, access_points: AccessPoints, site: str) -> Iterator[str]:
@@ -41,12 +42,6 @@ def trace_bytes(recording: Recording, access_points: AccessPoints, site: str) ->
     return "".join(line + "\n" for line in trace_lines(recording, access_points, site)).encode()
 
 
-def bssid_text(bssid: int) -> str:
-    """`a8:0c:ca:03:9d:d7`, as phones write it."""
-    digits = f"{bssid:012x}"
-    return ":".join(digits[i : i + 2] for i in range(0, 12, 2))
-
-
 def _sensor_records(kind: str, stream: AxisSamples) -> list[tuple[int, str]]:
     times = np.rint(1000 * stream.time_s).astype(np.int64).tolist()
     return [
@@ -61,7 +56,7 @@ def _scan_records(scan: SimulatedScan, access_points: AccessPoints) -> list[tupl
         (
             scan.time_ms,
             f"{scan.time_ms}\tTYPE_WIFI\t{access_points.ssid[network]}"
-            f"\t{bssid_text(int(access_points.bssid[network]))}\t{rssi}\t{frequency}\t{seen}",
+            f"\t{format_bssid(access_points.bssid[network])}\t{rssi}\t{frequency}\t{seen}",
         )
         for network, rssi, frequency, seen in zip(
             scan.network.tolist(), scan.rssi_dbm.tolist(), frequencies, scan.seen_ms.tolist(), strict=True

@@ -60,6 +60,11 @@ class Walk:
     other_floors: tuple[SimulatedFloor, ...] = ()
 
     @property
+    def rate_hz(self) -> float:
+        """Samples a second."""
+        return float((len(self.time_s) - 1) / (self.time_s[-1] - self.time_s[0]))
+
+    @property
     def height_m(self) -> FloatArray:
         """(n,) of the feet above the ground floor."""
         climbed_m = np.zeros(len(self.time_s)) if self.climbed_m is None else self.climbed_m

@@ -13,11 +13,10 @@ from sqlalchemy.ext.asyncio import AsyncEngine
 from app.storage.database import reachable
 from app.storage.radio_map_rows import BuiltMap, insert_version, lock_venue
 from app.storage.tables import fingerprints, floors, surveys
+from app.survey.spool import Row
 
 CHUNK = 500
 """Fingerprints in memory at a time; each is a few kilobytes."""
-FingerprintRow = tuple[str, str, float, float, float, bytes]
-"""floor, walk, time_s, x_m, y_m, packed readings."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +49,7 @@ class SurveyRows:
         self,
         venue_id: int,
         survey: NewSurvey,
-        rows: Iterable[FingerprintRow],
+        rows: Iterable[Row],
         floor_ids: Mapping[str, int],
         built: BuiltMap | None = None,
     ) -> int:
@@ -86,7 +85,7 @@ class SurveyRows:
                 await connection.execute(_INSERT, [_values(key, floor_ids, row) for row in chunk])
         return int(key)
 
-    async def fingerprints(self, survey_ids: Sequence[int]) -> AsyncIterator[list[FingerprintRow]]:
+    async def fingerprints(self, survey_ids: Sequence[int]) -> AsyncIterator[list[Row]]:
         """The fingerprints of surveys, in chunks; they never change, so no transaction spans them."""
         for survey in survey_ids:
             after = 0
@@ -100,7 +99,7 @@ class SurveyRows:
                 yield [(row[1], row[2], row[3], row[4], row[5], row[6]) for row in rows]
 
 
-def _values(survey: int, floor_ids: Mapping[str, int], row: FingerprintRow) -> dict[str, Any]:
+def _values(survey: int, floor_ids: Mapping[str, int], row: Row) -> dict[str, Any]:
     floor, walk, time_s, x_m, y_m, readings = row
     return {
         "survey_id": survey,

@@ -18,7 +18,8 @@ from app.wifi.fingerprint import Fingerprint
 
 RSSI_RANGE_DBM = (-127.0, 20.0)
 """Readings outside are no measurement."""
-LATEST_MS = 10**14
+LATEST_MS = 4_102_444_800_000
+"""2100-01-01. What lies beyond is not in milliseconds: nanoseconds since a phone was switched on, after an hour."""
 OPT_OUT = "_nomap"
 """End of an SSID whose owner does not want to be mapped; such readings are dropped unseen."""
 LONGEST_BEACON_ID = 128
@@ -135,8 +136,8 @@ class PlaceReadings:
         )
 
 
-def floor_in_body(floors: Mapping[str, FloorExtent], floor: object) -> FloorExtent:
-    """The floor that a body names. Raises InvalidInput at field `floor`."""
+def named_floor(floors: Mapping[str, FloorExtent], floor: object) -> FloorExtent:
+    """The floor that a request names. Raises InvalidInput at field `floor`."""
     if not isinstance(floor, str) or floor not in floors:
         raise InvalidInput(
             f"floor must name a floor of the venue: {', '.join(sorted(floors)) or 'it has none'}", "floor"

@@ -81,7 +81,8 @@ def _columns(header: list[str]) -> dict[str, int]:
     names = [name.strip().lower() for name in header]
     for name in REQUIRED:
         if name not in names:
-            raise InvalidInput(f"the header has no column {name!r}; it must be {','.join(REQUIRED)}[,frequency]", name)
+            must = ",".join(REQUIRED) + "".join(f"[,{one}]" for one in OPTIONAL)
+            raise InvalidInput(f"the header has no column {name!r}; it must be {must}", name)
     for name in names:
         if name not in REQUIRED + OPTIONAL or names.count(name) > 1:
             raise InvalidInput(f"column {name[:64]!r} of the header is not known, or there twice", name[:64])

@@ -15,8 +15,8 @@ from typing import Any
 
 from app.floorplan.georeference import Georeference
 from app.survey.admission import FloorExtent, PlaceReadings, checked_place, checked_time_ms
-from app.survey.placement import FRESH_S
 from app.wifi.fingerprint import Fingerprint
+from app.wifi.readings import FRESH_S
 
 COARSEST_M = 25.0
 """Reports whose position is less accurate say nothing about a place indoors."""

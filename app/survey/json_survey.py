@@ -20,7 +20,7 @@ from app.survey.admission import (
     SurveyNotes,
     checked_place,
     checked_time_ms,
-    floor_in_body,
+    named_floor,
 )
 from app.wifi.fingerprint import Fingerprint
 
@@ -46,7 +46,7 @@ def read_json(
     InvalidInput : no JSON, not an object, an unknown key, no known floor, a device that is none.
     """
     surroundings = _surroundings(first)
-    extent = floor_in_body(floors, surroundings.floor)
+    extent = named_floor(floors, surroundings.floor)
     notes.device = surroundings.device
     for index, item in enumerate(_items(again)):
         where = f"fingerprints[{index}]"

@@ -20,9 +20,8 @@ from app.survey.rejection import Rejection
 from app.survey.trace import Trace
 from app.wifi.beacons import LISTENING_S, beacon_key, heard_beacons
 from app.wifi.fingerprint import Fingerprint
+from app.wifi.readings import FRESH_S
 
-FRESH_S = 6.0
-"""A reading `seen` longer before its scan is of another place."""
 FEWEST_STEPS = 3
 """With fewer between two waypoints their rhythm is unknown; the walk is then taken as linear in time."""
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from app.errors import InvalidInput
-from app.survey.admission import FloorExtent, SurveyNotes
+from app.survey.admission import FloorExtent, SurveyNotes, named_floor
 from app.survey.csv_survey import read_csv
 from app.survey.json_survey import read_json
 from app.survey.rejection import Rejection
@@ -86,10 +86,7 @@ def read_upload(upload: Upload, floors: Mapping[str, FloorExtent], spool: Path) 
 
 def _fingerprints(upload: Upload, floors: Mapping[str, FloorExtent], notes: SurveyNotes) -> Iterator[Fingerprint]:
     if upload.format is SurveyFormat.TRACES:
-        if upload.floor is None or upload.floor not in floors:
-            names = ", ".join(sorted(floors)) or "it has none"
-            raise InvalidInput(f"floor must name a floor of the venue: {names}", "floor")
-        yield from read_walks(_opened(upload), floors[upload.floor], notes)
+        yield from read_walks(_opened(upload), named_floor(floors, upload.floor), notes)
         return
     with ExitStack() as stack:
         ((_, path),) = upload.files

@@ -1,6 +1,7 @@
 """AP match: candidates are the reference points of whose two strongest access points one is the scan's strongest.
 
-trust_chain_fusion.txt, section 3.2.2 (methods.md E); the lists are made once per map.
+Trust Chain Positioning Fusion, Sensors 2015, 15, 29850, section 3.2.2 (docs/methods/trust_chain.md); the lists
+are made once per map.
 """
 
 from __future__ import annotations

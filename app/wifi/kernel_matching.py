@@ -1,4 +1,7 @@
-"""Kernel-density matching: a Gaussian kernel about every fingerprint, and a covariance for each fix (methods.md C).
+"""Kernel-density matching: a Gaussian kernel about every fingerprint, and a covariance for each fix.
+
+Yu, Na, Liu and Deng, EURASIP J. Wireless Communications and Networking 2019:41, section 6.1
+(docs/methods/dual_ukf.md).
 
 Missing access points: with PAPER they are left out pair by pair, so distances are means over the d that scan and point
 share, and of points that share less than LEAST_SHARE of the best-informed one's nothing is believed: they would win by

@@ -10,7 +10,8 @@ from app.wifi.foreign import explained
 from app.wifi.kernel_matching import kernel_match
 from app.wifi.moving_partition import partition_around
 from app.wifi.radio_map import build_radio_map
-from app.wifi.soft_match import NOTHING, SoftSettings, soft_match
+from app.wifi.signal_distance import NOTHING
+from app.wifi.soft_match import SoftSettings, soft_match
 from app.wifi.strongest_wknn import strongest_wknn
 from app.wifi.weibull_bayes import weibull_bayes
 from app.wifi.wknn import wknn

@@ -1,9 +1,9 @@
 """Moving partition: candidates are the reference points within a radius of the last fix.
 
-two_stage_ekf_moving_partition.txt, section 4.1 (methods.md B). Equation 4 counts how many points of a regular grid
-enter and leave an array. Differs from the paper: points here lie anywhere, so the partition is made anew about each fix
-from the squares that its circle touches. Whoever looks for the points that enter looks at those squares too; knowing
-the old members would save nothing.
+Two-stage WiFi/MEMS integration, Micromachines 2019, 10, 198, section 4.1 (docs/methods/two_stage_ekf.md).
+Equation 4 counts how many points of a regular grid enter and leave an array. Differs from the paper: points here lie
+anywhere, so the partition is made anew about each fix from the squares that its circle touches. Whoever looks for the
+points that enter looks at those squares too; knowing the old members would save nothing.
 """
 
 from __future__ import annotations
@@ -25,8 +25,6 @@ class Partition:
     """points : (m,) ascending reference points of a floor within radius_m of a place."""
 
     floor: int
-    x_m: float
-    y_m: float
     radius_m: float
     points: IntArray
 
@@ -57,7 +55,7 @@ def partition_around(radio_map: RadioMap, floor: int, x_m: float, y_m: float, ra
     points = _within(
         grid.key, grid.point, grid.xy_m, grid.west_m, grid.south_m, grid.columns, grid.rows, floor, x_m, y_m, radius_m
     )
-    return Partition(floor, x_m, y_m, radius_m, points)
+    return Partition(floor, radius_m, points)
 
 
 def _grid_of(radio_map: RadioMap) -> PointGrid:

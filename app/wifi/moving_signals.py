@@ -1,6 +1,6 @@
 """Matching on the move: weak readings left out, more of them while moving, and candidates by AP match.
 
-trust_chain_fusion.txt, section 3.2 (methods.md E).
+Trust Chain Positioning Fusion, Sensors 2015, 15, 29850, section 3.2 (docs/methods/trust_chain.md).
 """
 
 from __future__ import annotations

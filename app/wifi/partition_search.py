@@ -1,7 +1,7 @@
 """Matching within a moving partition, and everywhere when the partition has lost its walker.
 
-two_stage_ekf_moving_partition.txt, section 4.1 (methods.md B). The paper never says what happens to a walker who is no
-longer in the circle; here the partition is lost when
+Two-stage WiFi/MEMS integration, Micromachines 2019, 10, 198, section 4.1 (docs/methods/two_stage_ekf.md).
+The paper never says what happens to a walker who is no longer in the circle; here the partition is lost when
 
 - no scan came for so long that the walker may have left the circle,
 - it holds too few reference points to have neighbours, or

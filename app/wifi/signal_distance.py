@@ -29,7 +29,7 @@ class Distance(IntEnum):
     COSINE = 2
 
 
-_NONE = np.empty(0, np.int64)
+NOTHING: IntArray = np.empty(0, np.int64)
 
 
 def distances(
@@ -38,7 +38,7 @@ def distances(
     rssi_dbm: FloatArray,
     distance: Distance,
     points: IntArray | None = None,
-    unheeded: IntArray = _NONE,
+    unheeded: IntArray = NOTHING,
 ) -> FloatArray:
     """Distance of one scan to every reference point, or to some.
 

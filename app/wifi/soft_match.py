@@ -18,9 +18,8 @@ from app.wifi.match_index import GROUPS, MatchIndex, index_of
 from app.wifi.radio_map import RadioMap
 from app.wifi.representation import SQUARED, Representation
 from app.wifi.separation import cosine_distances, grouped_products, separated
-from app.wifi.signal_distance import Distance, distances
+from app.wifi.signal_distance import NOTHING, Distance, distances
 
-NOTHING: IntArray = np.empty(0, np.int64)
 _FLOOR_SHARPNESS = 8.0
 _SURROUNDINGS_M = 8.0
 """Standard deviation of the weight that surveyed places have in the middle of those around: 5 and 10 m predict errors

@@ -1,6 +1,7 @@
 """WKNN over a scan's strongest access points alone: Euclidean distance of RSSI, weights 1 / distance.
 
-two_stage_ekf_moving_partition.txt, Eq. 1 and 3 (methods.md B); the trust chain's WKNN is the same (methods.md E).
+Two-stage WiFi/MEMS integration, Micromachines 2019, 10, 198, Eq. 1 and 3 (docs/methods/two_stage_ekf.md); the
+trust chain's WKNN is the same (docs/methods/trust_chain.md).
 
 Differs from the papers: access points that the map does not know are passed over before the strongest are counted. One
 that a reference point never heard counts there as `missing_dbm`, one heard in a part of its scans as that much nearer

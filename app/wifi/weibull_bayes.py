@@ -1,5 +1,6 @@
-"""Weibull-Bayes: the posterior over reference points from the likelihood of each reading (methods.md A).
+"""Weibull-Bayes: the posterior over reference points from the likelihood of each reading.
 
+That of method A (docs/methods/integrity_ukf.md has the paper).
 The likelihood depends on how far a reading lies from the point's mean and on the point's standard deviation alone, so
 one small table holds all of them and no distribution function is called for a scan.
 

@@ -58,8 +58,8 @@ def test_json_on_standard_output_is_the_document_and_nothing_else(site: Path, tm
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--methods", "surefix,magic"), "no method magic"),
-        (("--methods", ","), "no method"),
+        (("--methods", "surefix,magic"), "no methods magic"),
+        (("--methods", ","), "no methods named"),
         (("--fold", "9"), "fold must be one of 0 to 4"),
         (("--fold", "-1"), "fold must be a number"),
         (("--floors", "B7"), "B7"),

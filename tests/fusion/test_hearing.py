@@ -14,7 +14,7 @@ from app.observations import WifiScan
 from app.wifi.fingerprint import Fingerprint
 from app.wifi.match import Match
 from app.wifi.radio_map import RadioMap, build_radio_map
-from app.wifi.soft_match import NOTHING
+from app.wifi.signal_distance import NOTHING
 
 SETTINGS = HearingSettings()
 PLACES_M = np.arange(10) * 8.0

@@ -11,11 +11,12 @@ from app.estimation.arrays import FloatArray
 from app.observations import Batch, Carrying
 from app.pdr.carried_phone import CarriedPhone, advance_carried
 from app.pdr.carried_state import NORM
+from app.pdr.carrying_position import CLASSES
 from app.pdr.carrying_steps import LONGEST_M, SHORTEST_M, constants_of, is_step, step_length_m
 from app.pdr.gravity import GRAVITY_MPS2
 from app.pdr.quaternion_ukf import QuaternionNoise
 from app.pdr.tracker import advance_pdr, initial_pdr_state
-from app.simulation.carrying import POSITIONS, Bearing, feel_carried
+from app.simulation.carrying import Bearing, feel_carried
 from app.simulation.recording import World, make_world
 from app.simulation.walker import Person, walk_route
 
@@ -26,7 +27,7 @@ def cells(peak_mps2: float) -> FloatArray:
     return found
 
 
-@pytest.mark.parametrize("carrying", POSITIONS)
+@pytest.mark.parametrize("carrying", CLASSES)
 def test_a_peak_counts_above_the_height_of_its_position(carrying: Carrying) -> None:
     height = constants_of(carrying).peak_mps2
     assert is_step(cells(1.1 * height), 0.5, math.nan, carrying)
@@ -43,7 +44,7 @@ def test_an_unknown_position_is_taken_for_the_hand() -> None:
     assert constants_of(Carrying.UNKNOWN) is constants_of(Carrying.HANDHELD)
 
 
-@pytest.mark.parametrize("carrying", [*POSITIONS, Carrying.UNKNOWN])
+@pytest.mark.parametrize("carrying", [*CLASSES, Carrying.UNKNOWN])
 @pytest.mark.parametrize("duration_s", [0.01, 0.5, 0.95, 4.0])
 @pytest.mark.parametrize("peak_mps2", [0.0, 5.0, 50.0])
 def test_a_length_is_one_that_legs_have(carrying: Carrying, duration_s: float, peak_mps2: float) -> None:

@@ -22,9 +22,9 @@ from app.simulation.access_points import AccessPoints
 from app.simulation.recording import VISITOR_PHONES, World, make_world
 from app.simulation.walker import Person, walk_route
 from app.simulation.wifi_scanner import scans_along
-from app.survey.placement import FRESH_S
 from app.wifi.fingerprint import Fingerprint
 from app.wifi.fix_calibration import calibrated_map
+from app.wifi.readings import FRESH_S
 from app.wifi.survey_likeness import CELL_M, stored_likeness
 from tests.services.test_map_use import Rows
 

@@ -9,9 +9,9 @@ from sqlalchemy import func, insert, select
 from sqlalchemy.ext.asyncio import AsyncEngine
 
 from app.storage.radio_map_rows import BuiltMap, OutdatedError
-from app.storage.survey_rows import CHUNK, FingerprintRow, NewSurvey, SurveyRows
+from app.storage.survey_rows import CHUNK, NewSurvey, SurveyRows
 from app.storage.tables import fingerprints, floors, radio_maps, surveys, venues
-from app.survey.spool import fingerprint_of
+from app.survey.spool import Row, fingerprint_of
 from app.wifi.fingerprint_codec import pack_readings
 from tests.storage.conftest import Run
 
@@ -19,7 +19,7 @@ SURVEY = NewSurvey("csv", {"brand": "OPPO"}, accepted=3, rejected=1, created_ms=
 READINGS = pack_readings(np.array([1, 2]), np.array([-40.0, -50.5]))
 
 
-def rows(count: int, floor: str = "F1") -> list[FingerprintRow]:
+def rows(count: int, floor: str = "F1") -> list[Row]:
     return [(floor, f"walk-{n % 3}", 1000.0 + n, float(n), 2.5, READINGS) for n in range(count)]
 
 
@@ -48,7 +48,7 @@ async def counts(engine: AsyncEngine) -> list[int]:
         return [await connection.scalar(select(func.count()).select_from(table)) or 0 for table in tables]
 
 
-async def stored(store: SurveyRows, ids: list[int]) -> list[list[FingerprintRow]]:
+async def stored(store: SurveyRows, ids: list[int]) -> list[list[Row]]:
     return [chunk async for chunk in store.fingerprints(ids)]
 
 
@@ -83,7 +83,7 @@ def test_a_survey_that_breaks_off_leaves_nothing(run: Run) -> None:
     class BrokenOffError(Exception):
         pass
 
-    def breaking() -> Iterator[FingerprintRow]:
+    def breaking() -> Iterator[Row]:
         yield from rows(CHUNK + 5)
         raise BrokenOffError
 

@@ -64,6 +64,7 @@ def test_networks_that_opted_out_are_dropped_without_a_word() -> None:
         (row(t=-1), "t must be Unix milliseconds"),
         (row(t="nan"), "t must be Unix milliseconds"),
         (row(t=1e300), "t must be Unix milliseconds"),
+        (row(t=2 * 3600 * 10**9), "t must be Unix milliseconds"),
         (row(rssi=-128), "rssi -128 is outside [-127, 20] dBm"),
         (row(rssi="nan"), "rssi nan is outside [-127, 20] dBm"),
         (row(rssi=""), "rssi '' is not a number"),

@@ -5,9 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from app.survey.placement import FRESH_S, fingerprints_of, walked_places
+from app.survey.placement import fingerprints_of, walked_places
 from app.survey.trace import Trace, read_trace
 from app.wifi.beacons import beacon_key
+from app.wifi.readings import FRESH_S
 from tests.open_data import open_data
 from tests.survey.traces import START_MS, UUID, acceleration, beacon, trace, walk, waypoint, wifi
 

@@ -11,7 +11,8 @@ from app.wifi.foreign import FOREIGN, Explained, explained, foreign
 from app.wifi.left_out import WIFI_MATCH
 from app.wifi.match import Match
 from app.wifi.match_index import index_of
-from app.wifi.soft_match import NOTHING, soft_match
+from app.wifi.signal_distance import NOTHING
+from app.wifi.soft_match import soft_match
 from tests.wifi.corridor import ACCESS_POINTS, AT_M, MAP, heard, mixed
 
 

@@ -1,4 +1,4 @@
-"""Kernel-density matching against its formulas (methods.md C)."""
+"""Kernel-density matching against its formulas (docs/methods/dual_ukf.md)."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ def test_only_the_first_scan_of_a_steady_walk_searches_the_whole_map() -> None:
     assert [everywhere for _, everywhere in answers] == [True] + [False] * 14
     assert all(abs(x_m - 3.0 - 2.0 * k) < 3.0 for k, (x_m, _) in enumerate(answers))
     assert state.partition is not None
-    apart_m = np.hypot(*(MAP.xy_m[state.partition.points] - (state.partition.x_m, state.partition.y_m)).T)
+    apart_m = np.abs(MAP.xy_m[state.partition.points, 0] - answers[-1][0])
     assert apart_m.max() <= NEAR.radius_m
 
 

@@ -15,8 +15,8 @@ from app.wifi.match_index import GROUPS, groups_of, index_of
 from app.wifi.radio_map import RadioMap, build_radio_map
 from app.wifi.representation import SQUARED
 from app.wifi.separation import cosine_distances, grouped_products, separated
-from app.wifi.signal_distance import Distance, distances
-from app.wifi.soft_match import NOTHING, SoftSettings, soft_match
+from app.wifi.signal_distance import NOTHING, Distance, distances
+from app.wifi.soft_match import SoftSettings, soft_match
 
 ACCESS_POINTS = np.arange(40, dtype=np.int64) * 16 + 0x0200_0000_0000
 PLAIN = SoftSettings(separated=False)

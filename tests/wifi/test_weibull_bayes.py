@@ -1,4 +1,4 @@
-"""Weibull parameters and the posterior, against the formulas written out (methods.md A)."""
+"""Weibull parameters and the posterior, against the formulas written out (docs/methods/integrity_ukf.md)."""
 
 from __future__ import annotations
 
