@@ -1,7 +1,7 @@
 """Trust in a chain of dead reckoning: the trusted area, the three states, and TC, the accumulated mistrust.
 
-After "Trust Chain Positioning Fusion" (Sensors 2015, 15, 29850), section 4.3; docs/methods/trust_chain.md. All equations
-are lost as images in the text that we have. Our reading, wherever it leaves them open:
+After "Trust Chain Positioning Fusion" (Sensors 2015, 15, 29850), section 4.3; docs/methods/trust_chain.md. All its
+equations are lost as images in the text that we have. Our reading, wherever it leaves them open:
 
 - Eq. 15: a fix is trusted when, from the last position, its distance differs by no more than 2 m and its bearing by no
   more than 45 degrees from those of the steps. Who has not gone anywhere has no bearing; then the distance decides.
