@@ -9,6 +9,7 @@ from fastapi import APIRouter, Depends, Request
 from fastapi.responses import JSONResponse
 from pydantic import BaseModel, Field, TypeAdapter, ValidationError
 
+from app.api import examples
 from app.api.batch_body import LARGEST_SCAN
 from app.api.batch_scans import wifi_scan
 from app.api.decoding import read_body
@@ -57,7 +58,8 @@ class GeolocateAnswer(BaseModel):
 
 
 _BODY = TypeAdapter(GeolocateBody)
-_REQUEST = {"requestBody": {"content": {"application/json": {"schema": inlined_schema(GeolocateBody)}}}}
+_CONTENT = {"schema": inlined_schema(GeolocateBody), "example": examples.GEOLOCATE}
+_REQUEST = {"requestBody": {"content": {"application/json": _CONTENT}}}
 
 
 def geolocate_router(geolocation: Callable[..., Any], position: Callable[..., Any]) -> APIRouter:

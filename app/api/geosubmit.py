@@ -10,6 +10,7 @@ import orjson
 from fastapi import APIRouter, Depends, Request
 from fastapi.responses import JSONResponse
 
+from app.api import examples
 from app.api.decoding import read_body
 from app.api.geolocate import parse_error
 from app.api.json_bodies import request_body
@@ -65,7 +66,7 @@ def geosubmit_router(geosubmission: Callable[..., Any], survey: Callable[..., An
         "/v2/geosubmit",
         responses={400: {"description": "parseError"}},
         summary="Report scans by latitude and longitude",
-        openapi_extra=request_body(_SCHEMA),
+        openapi_extra=request_body(_SCHEMA, example=examples.GEOSUBMIT),
     )
     async def geosubmit(request: Request, service: Geosubmission = Depends(geosubmission)) -> Any:
         """Each report goes to the floor whose georeferenced frame contains its position: of floors above one another

@@ -19,10 +19,19 @@ FROM_ADMINISTRATORS = ConfigDict(strict=True, allow_inf_nan=False, extra="forbid
 Body = TypeVar("Body", bound=BaseModel)
 
 
-def request_body(body: type[BaseModel] | Mapping[str, Any], *media_types: str) -> dict[str, Any]:
-    """What the API page says of a body. body : its model or schema.  media_types : JSON unless others are named."""
+def request_body(
+    body: type[BaseModel] | Mapping[str, Any], *media_types: str, example: Mapping[str, Any] | None = None
+) -> dict[str, Any]:
+    """What the API page says of a body.
+
+    Parameters
+    ----------
+    body : its model or schema.  media_types : JSON unless others are named.  example : as JSON.
+    """
     schema = inlined_schema(body) if isinstance(body, type) else body
-    content = {kind: {"schema": schema} for kind in media_types or (Packing.JSON,)}
+    content: dict[str, Any] = {kind: {"schema": schema} for kind in media_types or (Packing.JSON,)}
+    if example is not None:
+        content[Packing.JSON]["example"] = example
     return {"requestBody": {"required": True, "content": content}}
 
 

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Depends, Path, Request
 from pydantic import BaseModel, Field
 
+from app.api import examples
 from app.api.json_bodies import FROM_ADMINISTRATORS, parse_admin, read_json, request_body
 from app.services.radio_maps import RadioMaps
 from app.storage.radio_map_rows import VersionRow
@@ -91,7 +92,7 @@ def radio_maps_router(radio_maps: Callable[..., Any], read: Callable[..., Any], 
         response_model=VersionBody,
         dependencies=[Depends(admin)],
         summary="Build a version of chosen surveys",
-        openapi_extra=request_body(BuildBody),
+        openapi_extra=request_body(BuildBody, example=examples.BUILD),
     )
     async def build(venue: str, request: Request, service: RadioMaps = Depends(radio_maps)) -> VersionBody:
         """It is not active until it is made so."""
@@ -103,7 +104,7 @@ def radio_maps_router(radio_maps: Callable[..., Any], read: Callable[..., Any], 
         response_model=ActiveBody,
         dependencies=[Depends(admin)],
         summary="Make a version the active one",
-        openapi_extra=request_body(ActivateBody),
+        openapi_extra=request_body(ActivateBody, example=examples.ACTIVATE),
     )
     async def activate(venue: str, request: Request, service: RadioMaps = Depends(radio_maps)) -> ActiveBody:
         """Newer or older; running sessions move to it at their next scan."""

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Header, Query, Request, Response
 
+from app.api import examples
 from app.api.batch_body import LARGEST_SEQUENCE, BatchBody, parse_batch
 from app.api.decoding import Packing, packing_of, read_body
 from app.api.fix_body import FeatureCollectionBody, FixBody, TrackBody, geojson_document, track_document
@@ -50,7 +51,7 @@ def sessions_router(tracking: Callable[..., Any], position: Callable[..., Any], 
         status_code=201,
         response_model=OpenedBody,
         summary="Open a session",
-        openapi_extra=request_body(SessionBody),
+        openapi_extra=request_body(SessionBody, example=examples.SESSION),
     )
     async def open_session(request: Request, service: Tracking = Depends(tracking)) -> OpenedBody:
         """`floor` is a hint and `start` a prior of 5 m; neither binds. The session's id is a secret of its phone."""
@@ -69,7 +70,7 @@ def sessions_router(tracking: Callable[..., Any], position: Callable[..., Any], 
         responses={200: {"model": FixBody}},
         response_class=Response,
         summary="Send what the phone has measured, get a Fix",
-        openapi_extra=request_body(BatchBody, Packing.JSON, Packing.MSGPACK),
+        openapi_extra=request_body(BatchBody, Packing.JSON, Packing.MSGPACK, example=examples.BATCH),
     )
     async def send_batch(session: str, request: Request, service: Tracking = Depends(tracking)) -> Response:
         """Streams are columns of equal length, ordered by time. `Content-Encoding` may be gzip or zstd.

@@ -6,6 +6,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, Field
 
+from app.api.examples import SURVEY
 from app.services.surveys import Receipt
 
 
@@ -35,6 +36,7 @@ REQUEST = {
         "required": True,
         "content": {
             "application/json": {
+                "example": SURVEY,
                 "schema": {
                     "type": "object",
                     "required": ["floor", "fingerprints"],
@@ -81,7 +83,7 @@ REQUEST = {
                             },
                         },
                     },
-                }
+                },
             },
             "text/csv": {"schema": {"type": "string", "description": "floor,x,y,t,bssid,rssi[,frequency][,ssid]"}},
             "multipart/form-data": {

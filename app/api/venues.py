@@ -9,6 +9,7 @@ from typing import Any
 import orjson
 from fastapi import APIRouter, Depends, Request, Response
 
+from app.api import examples
 from app.api.decoding import read_body
 from app.api.json_bodies import parse_admin, read_json, request_body
 from app.api.venue_body import (
@@ -61,7 +62,7 @@ def _add_venues(
         response_model=VenueWithFloors,
         dependencies=[Depends(admin)],
         summary="Create a venue",
-        openapi_extra=request_body(VenueBody),
+        openapi_extra=request_body(VenueBody, example=examples.VENUE),
     )
     async def create(request: Request, response: Response, service: Venues = Depends(venues)) -> VenueWithFloors:
         """A building or site. It is empty until it has floors; an identifier that is taken is 409."""
@@ -90,7 +91,7 @@ def _add_floors(
         responses={201: {"model": StoredFloorAnswer, "description": "The floor is new"}},
         dependencies=[Depends(admin)],
         summary="Make or replace a floor",
-        openapi_extra=request_body(FloorBody),
+        openapi_extra=request_body(FloorBody, example=examples.FLOOR),
     )
     async def put_floor(
         venue: str, floor: str, request: Request, response: Response, service: Venues = Depends(venues)

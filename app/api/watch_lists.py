@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 from fastapi import APIRouter, Depends, Request, Response
 from pydantic import BaseModel, Field
 
+from app.api import examples
 from app.api.json_bodies import FROM_ADMINISTRATORS, parse_admin, read_json, request_body
 from app.api.radio_maps import Version
 from app.services.watch_lists import LONGEST_REASON, WatchedAccessPoint, WatchLists
@@ -70,7 +71,7 @@ def watch_lists_router(watch_lists: Callable[..., Any], admin: Callable[..., Any
         response_model=WatchedAnswer,
         responses={200: {"model": WatchedAnswer, "description": "It was watched already"}},
         summary="Leave an access point out",
-        openapi_extra=request_body(WatchBody),
+        openapi_extra=request_body(WatchBody, example=examples.WATCH),
     )
     async def add(
         venue: str, version: Version, request: Request, response: Response, service: WatchLists = Depends(watch_lists)

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Depends, Request, Response
 from pydantic import BaseModel, Field
 
+from app.api import examples
 from app.api.json_bodies import FROM_ADMINISTRATORS, parse_admin, read_json, request_body
 from app.services.webhooks import LONGEST_URL, Webhooks
 
@@ -63,7 +64,7 @@ def webhooks_router(webhooks: Callable[..., Any], admin: Callable[..., Any]) -> 
         status_code=201,
         response_model=NewWebhookAnswer,
         summary="Send a venue's alerts to an address",
-        openapi_extra=request_body(WebhookBody),
+        openapi_extra=request_body(WebhookBody, example=examples.WEBHOOK),
     )
     async def add(venue: str, request: Request, service: Webhooks = Depends(webhooks)) -> NewWebhookAnswer:
         """When the flag of a session of the venue enters `fault` (`alert.raised`) and when it leaves (`alert.cleared`),

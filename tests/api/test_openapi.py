@@ -11,6 +11,7 @@ from app.api import openapi
 from app.api.openapi import main, rendered
 from app.main import create_app
 from app.settings import Settings
+from tests.api.whole_service import whole_service
 
 COMMITTED = Path(__file__).parents[2] / "openapi" / "openapi.json"
 CONTRACT = {
@@ -99,3 +100,42 @@ def test_a_document_that_differs_is_found_and_writing_mends_it(
 def test_the_command_explains_itself(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main(arguments) == 2
     assert openapi.__doc__ is not None and openapi.__doc__ in capsys.readouterr().err
+
+
+def test_the_examples_of_bodies_make_a_venue_survey_it_and_locate_a_phone_there(
+    document: dict[str, Any], tmp_path: Path
+) -> None:
+    def example(method: str, path: str) -> Any:
+        return document["paths"][path][method]["requestBody"]["content"]["application/json"]["example"]
+
+    bodies = {
+        (method, path)
+        for path, operations in document["paths"].items()
+        for method, operation in operations.items()
+        if "application/json" in operation.get("requestBody", {}).get("content", {})
+    }
+    museum, floor = {"venue": "museum", "floor": "F1"}, "/v1/venues/{venue}/floors/{floor}"
+    maps, in_session = "/v1/venues/{venue}/radio-maps", "/v1/sessions/{session}/batches"
+    told = dict[str, Any]()
+    with whole_service(tmp_path) as client:
+        for method, path in (
+            ("post", "/v1/venues"),
+            ("put", floor),
+            ("post", "/v1/venues/{venue}/surveys"),
+            ("post", maps),
+            ("put", "/v1/venues/{venue}/radio-map"),
+            ("post", "/v1/sessions"),
+            ("post", in_session),
+            ("post", "/v1/geolocate"),
+            ("post", "/v2/geosubmit"),
+            ("post", f"{maps}/{{version}}/watch-list"),
+            ("post", "/v1/venues/{venue}/webhooks"),
+        ):
+            address = path.format(**museum, version=1, session=told.get("/v1/sessions", {}).get("session"))
+            answer = client.request(method, address, json=example(method, path))
+            assert answer.is_success, answer.text
+            told[path] = answer.json()
+            bodies.discard((method, path))
+    assert bodies == set()
+    assert abs(told[in_session]["position"]["x"] - 15.0) < 5.0
+    assert told["/v1/geolocate"]["accuracy"] > 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -80,6 +81,18 @@ def test_the_page_lists_and_draws_the_phones_that_walk(
     assert page.count('class="room"') > 10
     assert page.count('class="accuracy"') >= PHONES
     assert re.search(r'id="link"[^>]*data-state="live"', page)
+
+
+def test_the_readmes_first_batch_is_placed(demo: tuple[str, subprocess.Popen[bytes], Path]) -> None:
+    readme = (Path(__file__).parents[2] / "README.md").read_text()
+    opened, batch = (json.loads(body) for body in re.findall(r"-d '(\{.*?\})'", readme, re.DOTALL))
+    address, _, _ = demo
+    with httpx.Client(base_url=address, trust_env=False) as client:
+        session = client.post("/v1/sessions", json=opened).json()["session"]
+        fix = client.post(f"/v1/sessions/{session}/batches", json=batch).json()
+    told = re.search(r'"x": ([\d.]+), "y": ([\d.]+), "floor": "F1"', readme)
+    assert told is not None and fix["position"]["floor"] == "F1"
+    assert abs(fix["position"]["x"] - float(told[1])) < 2.0 and abs(fix["position"]["y"] - float(told[2])) < 2.0
 
 
 def test_the_listing_never_shows_a_session_id(demo: tuple[str, subprocess.Popen[bytes], Path]) -> None:
