@@ -26,6 +26,9 @@ LARGEST_SEQUENCE = 2**31 - 1
 Column = Annotated[list[float], FailFast(), Field(max_length=LARGEST_COLUMN)]
 Instant = Annotated[float, Field(ge=1, le=LATEST_MS, description="Unix epoch milliseconds of the phone's clock.")]
 
+Reported = Annotated[float, Field(allow_inf_nan=True)]
+"""Of a reading: phones say anything here, and one odd number must not cost a batch."""
+
 
 class AxisColumns(BaseModel):
     """A three-axis stream in the Android device frame: columns of equal length, ordered by time."""
@@ -48,14 +51,15 @@ class PressureColumns(BaseModel):
 
 
 class WifiReading(TypedDict):
-    """One access point of a scan. `bssid` may be anything; what cannot be parsed is dropped and counted."""
+    """One access point of a scan. `bssid` may be anything; what cannot be parsed is dropped and counted, as an `rssi`
+    is that no phone measures. `seen` counts where it is a time before the scan's, `frequency` not at all."""
 
     __pydantic_config__ = FROM_PHONES  # type: ignore[misc]
 
     bssid: NotRequired[Any]
-    rssi: float
-    frequency: NotRequired[Annotated[float, Field(ge=-1, le=1e6)] | None]
-    seen: NotRequired[Annotated[float, Field(ge=-1, le=LATEST_MS)] | None]
+    rssi: Reported
+    frequency: NotRequired[Reported | None]
+    seen: NotRequired[Reported | None]
 
 
 class WifiScanBody(BaseModel):
@@ -68,13 +72,13 @@ class WifiScanBody(BaseModel):
 
 
 class BluetoothReading(TypedDict):
-    """One beacon of a scan."""
+    """One beacon of a scan; likewise. `tx_power` does not count."""
 
     __pydantic_config__ = FROM_PHONES  # type: ignore[misc]
 
     id: NotRequired[Any]
-    rssi: float
-    tx_power: NotRequired[Annotated[float, Field(ge=-1000, le=1000)] | None]
+    rssi: Reported
+    tx_power: NotRequired[Reported | None]
 
 
 class BluetoothScanBody(BaseModel):

@@ -21,8 +21,8 @@ def wifi_scans(
     """Scans in order of time, and how many readings were dropped.
 
     A reading is dropped if its RSSI is outside [-127, 20] dBm or its BSSID cannot be parsed. Of an access point that
-    occurs twice the greatest `seen` counts, ties the stronger. A `seen` that is missing, zero or after the scan is the
-    scan's time.
+    occurs twice the greatest `seen` counts, ties the stronger. A `seen` that is missing, no time or after the scan is
+    the scan's time.
 
     Raises
     ------
@@ -49,7 +49,7 @@ def wifi_scan(time_ms: float, time_s: float, readings: Sequence[Mapping[str, Any
             dropped += 1
             continue
         seen = reading.get("seen")
-        heard = (time_ms if seen is None or seen <= 0.0 else seen, rssi)
+        heard = (seen if seen is not None and seen > 0.0 else time_ms, rssi)
         known = best.get(bssid)
         if known is None or heard > known:
             best[bssid] = heard

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import http
 import json
 import logging
@@ -66,6 +67,7 @@ def install_problems(app: FastAPI) -> None:
     app.add_exception_handler(SurefixError, _answer_error)
     app.add_exception_handler(RequestValidationError, _answer_validation)
     app.add_exception_handler(HTTPException, _answer_http)
+    app.add_exception_handler(OSError, _answer_os)
     app.add_exception_handler(Exception, _answer_defect)
 
 
@@ -107,6 +109,14 @@ async def _answer_error(request: Request, error: Exception) -> Response:
             headers = {"Retry-After": str(seconds)}
             _log.warning("%s %s: %s", request.method, _route(request), error)
     return _document(problem, str(error), members, headers)
+
+
+async def _answer_os(request: Request, error: Exception) -> Response:
+    """A disk that is full is no defect: what comes is told to come again."""
+    assert isinstance(error, OSError)  # what the handler is registered for
+    if error.errno not in (errno.ENOSPC, errno.EDQUOT):
+        raise error
+    return await _answer_error(request, DependencyDown(f"the disk of the service is full: {error.strerror}"))
 
 
 async def _answer_validation(request: Request, error: Exception) -> Response:

@@ -66,13 +66,9 @@ class Integrity:
 
 
 def usable_at(answer: Answer, limit_m: float) -> bool:
-    """Whether the answer would be usable at this alert limit: no fault, and the level within the limit.
-
-    At a limit no larger than that of the session, whatever else withheld the answer (an uncertain floor) is known, too.
-    """
+    """Whether the answer would be usable at this alert limit: no fault, and the level within the limit."""
     level_m = answer.protection_level_m
-    told = answer.usable if limit_m <= answer.alert_limit_m else answer.flag is not Flag.FAULT
-    return told and level_m is not None and level_m <= limit_m
+    return answer.flag is not Flag.FAULT and level_m is not None and level_m <= limit_m
 
 
 def integrity(answers: Sequence[Answer], limits_m: Sequence[float] = ALERT_LIMITS_M) -> Integrity:

@@ -16,7 +16,7 @@ from app.evaluation.parallel import in_order
 from app.evaluation.recordings import FloorFolder, RecordedWalk
 from app.evaluation.replay import Answer, Coverage, replay
 from app.fusion.interface import Method, SessionStart, Site
-from app.fusion.track_smoothing import KnownThen, SmoothedTrack, smoothed, usable_afterwards
+from app.fusion.track_smoothing import KnownThen, SmoothedTrack, smoothed
 from app.fusion.walk_timeline import Moment
 from app.observations import Batch, Fix
 
@@ -119,13 +119,12 @@ def smoothed_answers(
         if track is None or fix.position is None or level_m is None:
             found.append(answer)
             continue
-        contradicted = bool(fix.integrity.if2 or fix.integrity.if3)
-        known_then = KnownThen(fix.position.x_m, fix.position.y_m, level_m, contradicted, walls)
+        integrity, limit_m = fix.integrity, fix.integrity.alert_limit_m
+        contradicted = bool(integrity.if2 or integrity.if3)
+        known_then = KnownThen(fix.position.x_m, fix.position.y_m, level_m, contradicted, limit_m, walls)
         accuracy_m, after_m = track.radii_m(index, risk, known_then)
         (xx, xy), (_, yy) = track.covariance_m2[index].tolist()
         x_m, y_m = track.place_m(index, known_then).tolist()
-        integrity = fix.integrity
-        usable = usable_afterwards(integrity.usable, bool(integrity.if3), level_m, after_m, integrity.alert_limit_m)
         found.append(
             replace(
                 answer,
@@ -135,7 +134,7 @@ def smoothed_answers(
                 accuracy_m=accuracy_m,
                 covariance_m2=((xx, xy), (xy, yy)),
                 protection_level_m=after_m,
-                usable=usable,
+                usable=not integrity.if3 and after_m <= limit_m,
             )
         )
     return found

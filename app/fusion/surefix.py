@@ -31,6 +31,7 @@ from app.fusion.storeys import climbed, heard
 from app.fusion.surefix_measuring import CloudFix, TestedFix, beginning, foreign_told, once_each, phases_of, tested
 from app.fusion.surefix_settings import SurefixSettings
 from app.fusion.surefix_state import SurefixState, on_next_floor
+from app.integrity.protection_level import NOWHERE_SAFE
 from app.observations import Batch, Fix, InnovationCheck, Position, WifiScan
 from app.pdr.tracker import PdrOutput, initial_pdr_state
 from app.pdr.turn_doubt import led
@@ -192,7 +193,6 @@ def _judged(
         contradictions = int(not explained)
         rivalry = Rivalry(rival, scan.time_s, contradictions, fault=contradictions >= limits.fault_after)
         return replace(state, rivalry=rivalry, phases=phases_of(first, 1, 1, int(rivalry.fault)))
-
     other = tested(rivalry.rival, fix, moved, space, settings)
     if state.prior_only or is_news(scan, rivalry.witness_s):
         rivalry = judged(rivalry, first.fits, other.fits, scan.time_s, limits, explained)
@@ -237,9 +237,9 @@ def _fix(
     if state.otherwise_m is not None:
         phases = replace(phases, covers_m=max(phases.covers_m, math.dist(state.otherwise_m, here.xy_m) + level_m))
     coasting = state.time_s - state.heard_s > settings.silent_after_s
-    certain = state.floor.certainty >= settings.least_floor_certainty and not state.storeys.changing
-    fix = assembled_fix(state.start, state.time_s, estimate, walker, phases, coasting, checks)
-    return fix if certain else replace(fix, integrity=replace(fix.integrity, usable=False))
+    if state.floor.certainty < settings.least_floor_certainty or state.storeys.changing:
+        phases = replace(phases, covers_m=max(phases.covers_m, NOWHERE_SAFE * state.start.alert_limit_m))
+    return assembled_fix(state.start, state.time_s, estimate, walker, phases, coasting, checks)
 
 
 def surefix(method: str = "surefix", settings: SurefixSettings | None = None) -> Method:

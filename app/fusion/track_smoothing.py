@@ -28,7 +28,7 @@ from app.fusion.smoothing_model import (
     normal_equations,
 )
 from app.fusion.walk_timeline import Moment, Timeline, timeline
-from app.integrity.protection_level import ACCURACY_SHARE, protection_level_m, radius_holding, tail_at
+from app.integrity.protection_level import ACCURACY_SHARE, NOWHERE_SAFE, protection_level_m, radius_holding, tail_at
 from app.observations import RadioFix, Step
 
 SETTLED_M = 0.02
@@ -49,12 +49,13 @@ FACED_WITHIN_RAD = 1.0
 @dataclass(frozen=True, slots=True)
 class KnownThen:
     """What a Fix said at the time. contradicted : a scan had just been left out (IF2), or there was a fault (IF3).
-    walls : whether it kept to where a floor plan lets one walk."""
+    walls : whether it kept to where a floor plan lets one walk.  alert_limit_m : of the session."""
 
     x_m: float
     y_m: float
     level_m: float
     contradicted: bool
+    alert_limit_m: float
     walls: bool = False
 
 
@@ -89,7 +90,8 @@ class SmoothedTrack:
         """The 68 % radius and the protection level at a moment.
 
         Where scans contradicted each other, or the track lies beyond what was promised at the time, one of two accounts
-        of the walk is wrong: the level then reaches as far as the other's did. It also reaches contested fixes.
+        of the walk is wrong: the level then reaches as far as the other's did. It also reaches contested fixes. Where
+        the floor was uncertain the level stays what it was.
         """
         spread_m2, tail = self.covariance_m2[index], tail_at(risk)
         accuracy_m = radius_holding(spread_m2, ACCURACY_SHARE)
@@ -97,24 +99,13 @@ class SmoothedTrack:
         moved_m = math.hypot(known.x_m - self.xy_m[index, 0], known.y_m - self.xy_m[index, 1])
         if known.contradicted or moved_m > known.level_m:
             level_m = max(level_m, moved_m + known.level_m)
+        if known.level_m == NOWHERE_SAFE * known.alert_limit_m:
+            level_m = max(level_m, known.level_m)
         if self.contested_s is None or self.time_s[index] < self.contested_s:
             return accuracy_m, level_m
         apart_m = np.hypot(*(self.contested_xy_m - self.xy_m[index]).T)
         around_m = [protection_level_m(float(m2) * np.eye(2), risk, tail) for m2 in self.contested_m2]
         return accuracy_m, max(level_m, float(np.max(apart_m + around_m)))
-
-
-def usable_afterwards(usable: bool, fault: bool, before_m: float, level_m: float, alert_limit_m: float) -> bool:
-    """Whether an answer is usable with another protection level.
-
-    One that was not, although its level was low enough and there was no fault, is on a floor that is uncertain.
-
-    Parameters
-    ----------
-    usable, fault, before_m : the answer at the time, with its level.  level_m : that of the smoothed track.
-    """
-    uncertain = not usable and before_m <= alert_limit_m
-    return not (fault or uncertain) and level_m <= alert_limit_m
 
 
 def smoothed(

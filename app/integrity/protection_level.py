@@ -16,6 +16,9 @@ WIFI_TAILS = ((0.001, 1.36), (0.002, 1.32), (0.01, 1.22), (0.05, 1.13))
 """By risk in ascending order: how much heavier than a Gaussian's the tails of WiFi errors are that a calibrated
 covariance describes. What held 1 - risk of the mall's answers, folds 1-4; the rarer, the heavier."""
 
+NOWHERE_SAFE = 3.0
+"""Of the alert limit: what is told while the floor is uncertain. A wrong floor is outside of every radius."""
+
 
 @lru_cache(32)
 def _quantiles(share: float) -> tuple[FloatArray, FloatArray]:

@@ -87,9 +87,9 @@ def advance_pdr(state: PdrState, batch: Batch, until_s: float | None = None) -> 
     tracked, swayed = np.empty((len(acc_time_s), 8)), np.empty((len(acc_time_s), 2))
     attitude.track(attitude_arrays, acc_time_s, acc, gyr_time_s, gyr, mag_time_s, mag, rot_time_s, rot, tracked, swayed)
     felt = felt_after(state.felt, acc_time_s, tracked, swayed)
-    # no more than one step in 0.3 s of samples, plus those held from before
+    # no more than one step in 0.3 s, nor than samples, plus those held from before
     span_s = acc_time_s[-1] - max(acc_time_s[0] - 1.0, newest[attitude_state.ACC]) if len(acc_time_s) else 0.0
-    found = np.empty((int(span_s / rhythm.SHORTEST_S) + 8, 7))
+    found = np.empty((min(int(span_s / rhythm.SHORTEST_S), len(acc_time_s)) + 8, 7))
     count = step_detection.detect(step_arrays, acc_time_s, tracked, found)
 
     heading_rad, absolute = state.heading_rad, state.heading_is_absolute

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import orjson
 
+from app.errors import DependencyDown, SurefixError
 from app.services.identifiers import is_identifier, no_version
 from app.services.map_drift import described_drift
 from app.services.map_use import MapUse
@@ -26,6 +27,9 @@ from app.storage.survey_rows import SurveyRows
 from app.survey.spool import write_row
 from app.wifi.bssid import format_bssid
 from app.wifi.survey_likeness import stored_likeness
+
+AGAIN_MS = 600_000
+"""After a report could not be made, until it is tried again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +75,7 @@ class Quality:
         self._tasks = tasks
         self._now_ms = now_ms
         self._making: dict[int, str] = {}
+        self._failed_ms: dict[int, int] = {}
         self._turn = asyncio.Lock()
 
     async def report(self, venue: str, version: int) -> QualityReport | str:
@@ -80,6 +85,7 @@ class Quality:
         ------
         NotFound : there is no such version.
         DependencyDown : the database cannot be reached.
+        SurefixError : it could not be made a short while ago; trying at every request would help nobody.
         """
         if not is_identifier(venue):
             raise no_version(venue, version)
@@ -96,6 +102,8 @@ class Quality:
         key = await self._rows.version(venue, version)
         if key is None:
             raise no_version(venue, version)
+        if self._now_ms() - self._failed_ms.get(key.map_id, -AGAIN_MS) < AGAIN_MS:
+            raise SurefixError("this report cannot be made; when that was tried the log said why")
         async with self._turn:
             task = self._making.get(key.map_id)
             if task is None:
@@ -106,6 +114,12 @@ class Quality:
         try:
             report, picture = await self._made(venue, key)
             await self._rows.add(key.map_id, ReportRow(report, picture, self._now_ms()))
+            self._failed_ms.pop(key.map_id, None)
+        except DependencyDown:
+            raise
+        except Exception:
+            self._failed_ms[key.map_id] = self._now_ms()
+            raise
         finally:
             self._making.pop(key.map_id, None)
         return b""  # it is read where it was asked for

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import logging
 from collections.abc import Iterable
 from typing import Any
 
@@ -21,6 +22,7 @@ from app.services.quality_report import CELL_M, REACH_M, Findings, FloorFindings
 from app.services.resurvey_overlay import RESURVEY
 
 DOTS_PER_INCH = 130
+_log = logging.getLogger(__name__)
 WORST_SHOWN_M = 10.0
 """The top of the colour scale: the same on every floor and report, so that they can be compared."""
 HIGHEST_SHOWN_M = 30.0
@@ -140,14 +142,23 @@ def _plan(axes: Axes, one: FloorFindings, strength: float) -> None:
         for room in one.features[1:]:
             _outlines(axes, room, _ROOM, 0.5)
     elif place.image is not None:
-        picture = mpl.image.imread(io.BytesIO(place.image), format="png")
-        axes.imshow(picture, extent=(0.0, place.width_m, 0.0, place.height_m), alpha=strength, zorder=0)
+        _image(axes, place.image, (0.0, place.width_m, 0.0, place.height_m), strength)
     else:
         axes.add_patch(Rectangle((0.0, 0.0), place.width_m, place.height_m, fc="white", ec=_WALL, lw=1.2, zorder=0))
     margin_m = 0.015 * max(place.width_m, place.height_m)
     axes.set(xlim=(-margin_m, place.width_m + margin_m), ylim=(-margin_m, place.height_m + margin_m), aspect="equal")
     axes.set_axis_off()
     _scale(axes, place.width_m)
+
+
+def _image(axes: Axes, png: bytes, extent: tuple[float, float, float, float], strength: float) -> None:
+    """The raster plan; nothing of one whose pixels cannot be read, which only its decoder finds out."""
+    try:
+        picture = mpl.image.imread(io.BytesIO(png), format="png")
+    except (OSError, SyntaxError, ValueError) as error:
+        _log.warning("a floor's image cannot be drawn: %s", error)
+        return
+    axes.imshow(picture, extent=extent, alpha=strength, zorder=0)
 
 
 def _outlines(axes: Axes, polygons: Iterable[Polygon], fill: str, width: float) -> None:

@@ -15,7 +15,7 @@ import orjson
 from app.errors import NotFound
 from app.fusion.evidence_codec import Evidence, decode_evidence
 from app.fusion.interface import Method, Site
-from app.fusion.track_smoothing import KnownThen, SmoothedTrack, smoothed, usable_afterwards
+from app.fusion.track_smoothing import KnownThen, SmoothedTrack, smoothed
 from app.fusion.walk_timeline import Moment
 from app.observations import Motion, Position, RadioFix, Step
 from app.services.fix_document import position_document
@@ -134,17 +134,12 @@ def _move(fix: dict[str, Any], track: SmoothedTrack, at: int, risk: float, site:
     position, integrity = fix["position"], fix["integrity"]
     contradicted = bool(integrity["if2"] or integrity["if3"])
     walls = walls and site.space(track.floor[at]).walled
-    known = KnownThen(position["x"], position["y"], integrity["protection_level"], contradicted, walls)
+    limit_m = integrity["alert_limit"]
+    known = KnownThen(position["x"], position["y"], integrity["protection_level"], contradicted, limit_m, walls)
     x_m, y_m = track.place_m(at, known).tolist()
     heading_rad = float(track.heading_rad[at])
     accuracy_m, level_m = track.radii_m(at, risk, known)
-    integrity["usable"] = usable_afterwards(
-        bool(integrity["usable"]),
-        bool(integrity["if3"]),
-        integrity["protection_level"],
-        level_m,
-        integrity["alert_limit"],
-    )
+    integrity["usable"] = not integrity["if3"] and level_m <= limit_m
     integrity["protection_level"] = level_m
     fix |= {
         "position": position_document(Position(x_m, y_m, track.floor[at]), site),

@@ -32,6 +32,8 @@ LONGEST_LINE = 1 << 20
 """Bytes; a longer one (a file without any newline) is cut, which costs the record at the cut."""
 MOST_WAYPOINTS = 100_000
 """In one walk; more is no walk but a way to take memory."""
+MOST_STRAY_LINES = 100_000
+"""That are no record, in one file; more is no log, and a little compressed file could hold a worker for hours."""
 
 _RECORD = re.compile(rb"(?=\d{13}\tTYPE_)")
 _STREAMS = {
@@ -113,6 +115,7 @@ class _Reader:
         self._waypoints: dict[int, tuple[float, float]] = {}
         self._rejections = Rejections()
         self._records = 0
+        self._stray_lines = 0
 
     def read(self, lines: IO[bytes]) -> Trace:
         samples_of = self._samples.get
@@ -141,6 +144,9 @@ class _Reader:
     def _record(self, cells: list[bytes], number: int) -> None:
         kind = cells[1] if len(cells) > 1 else b""
         if not kind.startswith(b"TYPE_"):
+            self._stray_lines += 1
+            if self._stray_lines > MOST_STRAY_LINES:
+                raise InvalidInput(f"{self._name}: more than {MOST_STRAY_LINES:,} lines are no record", self._name)
             if cells[0].startswith(b"#"):
                 self._header(b"\t".join(cells))
             elif any(map(bytes.strip, cells)):

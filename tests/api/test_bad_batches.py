@@ -58,10 +58,10 @@ NOT_PLAUSIBLE: tuple[Any, ...] = (1e308, -1e308, math.nan, math.inf, -math.inf, 
 COLUMNS = [(name, axis) for name in AXES for axis in "txyz"] + [("barometer", "t"), ("barometer", "pressure")]
 SCAN_NUMBERS = [
     ("wifi", "rssi", NOT_NUMBERS),
-    ("wifi", "seen", (*NOT_NUMBERS[1:], *NOT_PLAUSIBLE)),  # null is a seen that is missing
-    ("wifi", "frequency", (*NOT_NUMBERS[1:], *NOT_PLAUSIBLE)),
+    ("wifi", "seen", NOT_NUMBERS[1:]),  # null is a seen that is missing
+    ("wifi", "frequency", NOT_NUMBERS[1:]),
     ("bluetooth", "rssi", NOT_NUMBERS),
-    ("bluetooth", "tx_power", (*NOT_NUMBERS[1:], *NOT_PLAUSIBLE)),
+    ("bluetooth", "tx_power", NOT_NUMBERS[1:]),
 ]
 
 
@@ -155,6 +155,19 @@ def test_a_hundred_thousand_readings_are_refused_by_field(service: PhoneService,
     answer = service.send(session, body)
     assert answer.status_code == 413 and f"{stream}[0].readings" in answer.text
     assert snapshot(service, session) == before
+
+
+@pytest.mark.parametrize("odd", [*NOT_PLAUSIBLE, -2, 2_412_000_000, -2_147_483_648])
+def test_a_number_that_no_phone_can_mean_costs_its_reading_at_most(service: PhoneService, odd: float) -> None:
+    session, body = service.open(), good(0)
+    body["wifi"][0]["readings"][0] |= {"seen": odd, "frequency": odd}
+    body["wifi"][1]["readings"][0]["rssi"] = odd
+    body["bluetooth"][0]["readings"][0]["tx_power"] = odd
+    body["bluetooth"][1]["readings"][0]["rssi"] = odd
+    headers = {"Content-Type": "application/json"}
+    answer = service.client.post(f"/v1/sessions/{session}/batches", content=json.dumps(body), headers=headers)
+    assert answer.status_code == 200, answer.text
+    assert answer.json()["dropped"] == (0 if odd == -2 else 3)
 
 
 def test_after_all_that_the_session_goes_on(service: PhoneService, session: str) -> None:

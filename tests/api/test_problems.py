@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import errno
 import inspect
 import json
 import logging
@@ -123,6 +124,13 @@ def test_a_defect_is_logged_and_shows_nothing_of_the_inside(error: Exception, ca
     assert answer.json()["type"] == TYPE + "defect"
     assert "secret" not in answer.text and type(error).__name__ not in answer.text
     assert f"GET /fail failed: {type(error).__name__}" in caplog.text
+
+
+@pytest.mark.parametrize(("number", "status"), [(errno.ENOSPC, 503), (errno.EDQUOT, 503), (errno.EACCES, 500)])
+def test_a_full_disk_is_told_to_come_again_and_no_defect(number: int, status: int) -> None:
+    answer = client_of(OSError(number, "of the disk")).get("/fail")
+    assert answer.status_code == status
+    assert ("Retry-After" in answer.headers) == (status == 503)
 
 
 def test_the_log_does_not_name_what_a_path_was_filled_in_with(caplog: pytest.LogCaptureFixture) -> None:

@@ -5,7 +5,9 @@ import base64
 import hashlib
 import math
 import re
+import struct
 import time
+import zlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -15,6 +17,7 @@ from fastapi.testclient import TestClient
 from httpx import Response
 
 from app.services.map_use import PERIOD_MS
+from app.services.worker_processes import WorkerProcesses
 from app.storage.database import connect
 from app.storage.map_use_rows import MapUseRows, UsedSquare, UseRow
 from app.survey.admission import GROUPS
@@ -67,10 +70,21 @@ def made(client: TestClient) -> dict[str, Any]:
     return {**finished(client).json(), "waiting": waiting, "started": started}
 
 
-def finished(client: TestClient) -> Response:
+def surveyed(client: TestClient, venue: str) -> str:
+    """A new venue of one floor, with a map of one fingerprint."""
+    client.post("/v1/venues", json={"venue": venue})
+    client.put(f"/v1/venues/{venue}/floors/F1", json={"level": 0, "width": 60.0, "height": 20.0})
+    readings = [{"bssid": format_bssid(number), "rssi": -50} for number in range(1, 5)]
+    sent = {"floor": "F1", "fingerprints": [{"x": 5.0, "y": 5.0, "t": 1_700_000_000_000, "readings": readings}]}
+    answer = client.post(f"/v1/venues/{venue}/surveys", params={"publish": True}, json=sent)
+    assert answer.status_code == 201, answer.text
+    return venue
+
+
+def finished(client: TestClient, at: str = MAP) -> Response:
     deadline = time.monotonic() + PATIENCE_S
     while time.monotonic() < deadline:
-        answer: Response = client.get(f"{MAP}/quality")
+        answer: Response = client.get(f"{at}/quality")
         if answer.status_code == 200:
             return answer
         assert answer.status_code == 202, answer.text
@@ -163,3 +177,32 @@ def test_a_version_that_does_not_exist_has_no_report(client: TestClient) -> None
     for path in ("/v1/venues/mall/radio-maps/9", "/v1/venues/none/radio-maps/1"):
         for name in ("quality", "quality.png", "quality.html"):
             assert client.get(f"{path}/{name}").status_code == 404
+
+
+def test_an_image_whose_pixels_cannot_be_read_is_left_out_of_the_report(client: TestClient) -> None:
+    venue = surveyed(client, "undrawable")
+    header = struct.pack(">IIBBBBB", 10, 10, 8, 2, 0, 0, 0)
+    chunks = [(b"IHDR", header), (b"IDAT", b"no pixels"), (b"IEND", b"")]
+    png = b"".join(
+        struct.pack(">I4s", len(of), name) + of + struct.pack(">I", zlib.crc32(name + of)) for name, of in chunks
+    )
+    image = {"content": b"\x89PNG\r\n\x1a\n" + png, "headers": {"Content-Type": "image/png"}}
+    assert client.put(f"/v1/venues/{venue}/floors/F1/image", **image).status_code == 204
+    assert finished(client, f"/v1/venues/{venue}/radio-maps/1").json()["floors"]
+
+
+def test_a_report_that_cannot_be_made_is_told_as_a_defect_and_not_tried_at_every_request(
+    client: TestClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    venue, tried = surveyed(client, "broken"), list[str]()
+
+    async def broken(*_: Any) -> None:
+        tried.append("again")
+        raise RuntimeError("of the inside")
+
+    monkeypatch.setattr(WorkerProcesses, "run", broken)
+    address, deadline = f"/v1/venues/{venue}/radio-maps/1/quality", time.monotonic() + PATIENCE_S
+    while (answer := client.get(address)).status_code == 202 and time.monotonic() < deadline:
+        pass
+    assert answer.status_code == client.get(address).status_code == 500
+    assert len(tried) == 1 and "inside" not in answer.text

@@ -128,6 +128,18 @@ def test_on_the_next_floor_neither_account_keeps_what_it_knew_of_headings_and_of
         assert after.unseen_m2 == before.unseen_m2 + 4.0 and after.bias_m2 == after.lasting_m2
 
 
+def test_while_the_floor_is_uncertain_the_level_that_is_told_is_beyond_any_alert_limit() -> None:
+    limit_m = 1000.0
+    scan = next(scan for batch in HOME.batches for scan in batch.wifi)
+    upstairs = next(scan for batch in walked(9, level=1).batches for scan in batch.wifi)
+    bssid = np.union1d(scan.bssid, upstairs.bssid)
+    torn = WifiScan(scan.time_s, bssid, np.full(len(bssid), -60.0), np.full(len(bssid), scan.time_s))
+    state = SUREFIX.start(SessionStart(alert_limit_m=limit_m))
+    state, fix = SUREFIX.advance(state, Batch(0, scan.time_s, wifi=(torn,)), site())
+    assert isinstance(state, SurefixState) and state.floor is not None and state.floor.certainty < 0.9
+    assert fix.integrity.protection_level_m == 3.0 * limit_m and not fix.integrity.usable
+
+
 def test_a_right_start_is_kept() -> None:
     here = HOME.truth(HOME.batches[0].end_s or 0.0)
     fixes = run(SUREFIX, list(HOME.batches), start=SessionStart(start=Position(float(here[0]), float(here[1]), "F1")))

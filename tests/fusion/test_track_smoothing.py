@@ -15,9 +15,10 @@ from app.estimation.arrays import FloatArray
 from app.fusion.integrity_measuring import BY_WIFI, after_step, measure
 from app.fusion.integrity_settings import IntegritySettings
 from app.fusion.methods import METHODS
-from app.fusion.track_smoothing import KnownThen, SmoothedTrack, smoothed, usable_afterwards
+from app.fusion.track_smoothing import KnownThen, SmoothedTrack, smoothed
 from app.fusion.walk_timeline import Moment
 from app.fusion.walking_track import Track, begun
+from app.integrity.protection_level import NOWHERE_SAFE
 from app.observations import Motion, RadioFix, Step
 from tests.fusion.evidence import STEP_S, Told, told
 from tests.fusion.walks import errors_m, run, walked
@@ -120,10 +121,12 @@ def test_while_the_last_scans_are_at_another_place_the_level_reaches_there() -> 
     assert levels[-1] > 100.0
 
 
-def as_known(track: SmoothedTrack, index: int, east_m: float = 0.0, contradicted: bool = False) -> KnownThen:
-    """A Fix of the time so far east of the smoothed place, with a level of 12 m."""
+def as_known(
+    track: SmoothedTrack, index: int, east_m: float = 0.0, contradicted: bool = False, level_m: float = 12.0
+) -> KnownThen:
+    """A Fix of the time so far east of the smoothed place."""
     x_m, y_m = track.xy_m[index].tolist()
-    return KnownThen(x_m + east_m, y_m, 12.0, contradicted)
+    return KnownThen(x_m + east_m, y_m, level_m, contradicted, 10.0)
 
 
 def test_the_level_reaches_what_was_known_at_the_time_where_the_two_contradict() -> None:
@@ -230,20 +233,12 @@ def test_every_method_leaves_evidence_from_which_its_walk_is_better_known(method
     assert np.mean(after) < np.mean(before)
 
 
-@pytest.mark.parametrize(
-    ("usable", "fault", "before_m", "level_m", "expected"),
-    [
-        (True, False, 8.0, 9.0, True),
-        (True, False, 8.0, 11.0, False),
-        (False, False, 12.0, 9.0, True),
-        (False, False, 8.0, 7.0, False),
-        (False, True, 12.0, 7.0, False),
-    ],
-)
-def test_usable_follows_the_new_level_but_never_a_fault_or_an_uncertain_floor(
-    usable: bool, fault: bool, before_m: float, level_m: float, expected: bool
-) -> None:
-    assert usable_afterwards(usable, fault, before_m, level_m, 10.0) is expected
+def test_the_level_of_an_uncertain_floor_stays_beyond_the_alert_limit() -> None:
+    track = track_of(told(2))
+    _, level_m = track.radii_m(20, 0.01, as_known(track, 20))
+    assert level_m < 30.0
+    assert track.radii_m(20, 0.01, as_known(track, 20, level_m=NOWHERE_SAFE * 10.0))[1] == 30.0
+    assert track.radii_m(20, 0.01, as_known(track, 20, level_m=31.0))[1] == level_m
 
 
 def test_the_place_lies_between_the_track_and_an_answer_that_knew_walls_unless_they_contradict() -> None:

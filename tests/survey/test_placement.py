@@ -140,3 +140,10 @@ def test_recorded_walks_are_predicted_better_by_steps_than_by_time() -> None:
         by_time.append(np.abs(np.interp(hidden_s, straight.waypoint_time_s, way_m[ends]) - way_m[1:-1]).mean())
     assert len(by_steps) >= 15
     assert np.mean(by_steps) < 0.95 * np.mean(by_time)
+
+
+def test_a_sample_of_another_year_does_not_shift_the_walk_nor_take_memory() -> None:
+    lines = [*strides((12, True)), waypoint(START_MS, 0.0, 0.0), waypoint(START_MS + 12_000, 12.0, 0.0)]
+    stray = "0000000000001\tTYPE_ACCELEROMETER\t0.0\t0.0\t9.8\t3"
+    at_s = times(3.0, 6.0, 9.0)
+    assert walked_places(read(*lines, stray), at_s) == pytest.approx(walked_places(read(*lines), at_s), abs=0.3)

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import gzip
 from itertools import pairwise
 
 import numpy as np
@@ -9,7 +10,7 @@ from hypothesis import strategies as st
 
 from app.errors import InvalidInput
 from app.observations import AxisSamples
-from app.survey.trace import LARGEST_VALUE, LONGEST_LINE, Trace, read_trace
+from app.survey.trace import LARGEST_VALUE, LONGEST_LINE, MOST_STRAY_LINES, Trace, read_trace
 from app.wifi.bssid import format_bssid
 from tests.survey.traces import BRAND, START_MS, UUID, acceleration, beacon, mac, trace, walk, waypoint, wifi
 
@@ -213,3 +214,10 @@ def test_no_damage_in_the_middle_of_a_trace_stops_the_reading(damage: bytes, at:
     assert len(read.accelerometer.time_s) > 20
     assert np.isfinite(read.accelerometer.values).all()
     assert all(np.isfinite(scan.rssi_dbm).all() and (scan.seen_s <= scan.time_s).all() for scan in read.scans)
+
+
+def test_a_file_of_next_to_nothing_but_other_lines_is_refused_before_it_costs_time() -> None:
+    few = trace(waypoint(START_MS, 1.0, 1.0)) + b"\n" * (MOST_STRAY_LINES - 2)
+    assert len(read_trace(few, "walk.txt").waypoint_time_s) == 1
+    with pytest.raises(InvalidInput, match="no record"):
+        read_trace(gzip.compress(few + b"\n"), "walk.txt.gz")
