@@ -23,7 +23,7 @@ from app.fusion.warm_up import warm_up
 FIRST_SEED = 4000
 """Buildings of other seeds are free for whoever tunes."""
 
-app = typer.Typer(help=__doc__, add_completion=False)
+app = typer.Typer(help=__doc__, add_completion=False, subcommand_metavar="")
 
 
 @app.callback(invoke_without_command=True)

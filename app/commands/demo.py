@@ -30,7 +30,7 @@ START_PATIENCE_S = 300.0
 """The first start compiles the kernels, on a slow machine for minutes."""
 STOP_PATIENCE_S = 10.0
 
-app = typer.Typer(help=__doc__, add_completion=False)
+app = typer.Typer(help=__doc__, add_completion=False, subcommand_metavar="")
 console = Console(stderr=True, highlight=False)
 
 

@@ -20,7 +20,7 @@ MOST_WALKS = 16
 MADE_UP_WALKS = 4
 MADE_UP_S = 300
 
-app = typer.Typer(help=__doc__, add_completion=False)
+app = typer.Typer(help=__doc__, add_completion=False, subcommand_metavar="")
 
 
 @app.callback(invoke_without_command=True)

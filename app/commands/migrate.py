@@ -9,7 +9,7 @@ import typer
 from app.settings import Settings
 from app.storage.migration import migrate as run_migrations
 
-app = typer.Typer(help=__doc__, add_completion=False)
+app = typer.Typer(help=__doc__, add_completion=False, subcommand_metavar="")
 
 
 @app.callback(invoke_without_command=True)

@@ -29,7 +29,7 @@ STOP_PATIENCE_S = 5
 """Listeners of events stay connected for ever; a server that stops does not wait for them."""
 LOOK_EVERY_S = 0.2
 
-app = typer.Typer(help=__doc__, add_completion=False)
+app = typer.Typer(help=__doc__, add_completion=False, subcommand_metavar="")
 
 
 def _help(setting: str) -> str:

@@ -14,7 +14,7 @@ from app.errors import InvalidInput
 from app.simulation.recording import make_world
 from app.simulation.site import survey_walks, write_plans, write_walk
 
-app = typer.Typer(help=__doc__, add_completion=False)
+app = typer.Typer(help=__doc__, add_completion=False, subcommand_metavar="")
 
 
 @app.callback(invoke_without_command=True)

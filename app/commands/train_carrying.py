@@ -36,7 +36,7 @@ PHONES_HZ = ((50.0, True), (100.0, True), (50.0, False))
 """Sample rate, and whether there is a gyroscope: one phone each."""
 TREES, DEPTH, LEAF = 30, 8, 15
 
-app = typer.Typer(help=__doc__, add_completion=False)
+app = typer.Typer(help=__doc__, add_completion=False, subcommand_metavar="")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
