@@ -20,7 +20,7 @@ from app.services.surveys import Surveys
 from app.services.venues import FloorDraft, Venues, floor_extent
 from app.services.worker_processes import WorkerProcesses
 from app.storage.database import connect
-from app.storage.migration import require_migrated
+from app.storage.migration import require_usable
 from app.storage.radio_map_rows import RadioMapRows
 from app.storage.survey_rows import SurveyRows
 from app.storage.venue_rows import VenueRows
@@ -72,7 +72,7 @@ class DatabaseDestination:
         self._venues = Venues(VenueRows(self._engine), server_ms)
         maps = RadioMaps(RadioMapRows(self._engine), rows, self._venues, self._workers, server_ms)
         self._surveys = Surveys(rows, self._venues, maps, self._workers, server_ms)
-        self._runner.run(require_migrated(self._engine))
+        self._runner.run(require_usable(self._engine))
 
     def floors(self, venue: str) -> Existing | None:
         try:

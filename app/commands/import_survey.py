@@ -18,7 +18,7 @@ from rich.table import Table
 from app.commands.import_destination import DatabaseDestination, Destination, Existing, ServiceDestination
 from app.commands.import_sources import ImportPart, ImportPlan, find_sources
 from app.errors import InvalidInput, SurefixError
-from app.settings import Settings
+from app.settings import settings_of
 from app.survey.admission import FloorExtent
 from app.survey.rejection import Rejections
 from app.survey.upload import SurveyFindings, read_upload
@@ -73,7 +73,7 @@ def _destination(url: str, key: str | None, database: str) -> Iterator[Destinati
         headers = {"Authorization": f"Bearer {key}"} if key else {}
         there = ServiceDestination(httpx.Client(base_url=url, headers=headers))
     else:
-        there = DatabaseDestination(database or Settings().database)
+        there = DatabaseDestination(database or settings_of({}).database)
     try:
         yield there
     finally:

@@ -8,20 +8,18 @@ import socket
 import tempfile
 import threading
 import time
-from collections.abc import Mapping
 from typing import Annotated, Any
 
 import httpx
 import typer
 import uvicorn
-from pydantic import ValidationError
 
 from app.errors import InvalidInput
 from app.services.access import is_loopback
-from app.settings import Settings
+from app.settings import Settings, settings_of
 from app.storage.database import connect
 from app.storage.key_rows import KeyRows
-from app.storage.migration import require_migrated
+from app.storage.migration import require_usable
 
 KEEP_ALIVE_S = 75
 """Longer than a phone is silent between batches, so that each goes over the connection of the one before."""
@@ -55,21 +53,6 @@ def serve(
         _serve_together(settings)
 
 
-def settings_of(said: Mapping[str, Any]) -> Settings:
-    """The settings, with what the command line says instead of the environment.
-
-    Raises
-    ------
-    InvalidInput : names the first setting that is not possible.
-    """
-    try:
-        return Settings(**said)
-    except ValidationError as error:
-        first = error.errors(include_url=False, include_input=False)[0]
-        name = ".".join(map(str, first["loc"]))
-        raise InvalidInput(f"setting {name}: {first['msg']}", name) from error
-
-
 async def refuse_unfit(settings: Settings) -> None:
     """Nothing, if the service may start like this.
 
@@ -80,7 +63,7 @@ async def refuse_unfit(settings: Settings) -> None:
     """
     engine = connect(settings.database)
     try:
-        await require_migrated(engine)
+        await require_usable(engine)
         if not is_loopback(settings.host) and not await KeyRows(engine).exist():
             raise InvalidInput(
                 f"{settings.host} can be reached from other machines, and the database has no API key; make one with "

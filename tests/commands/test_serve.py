@@ -7,8 +7,9 @@ import httpx
 import pytest
 from typer.testing import CliRunner
 
-from app.commands.serve import app, settings_of
+from app.commands.serve import app
 from app.errors import InvalidInput, SurefixError
+from app.settings import settings_of
 from app.storage.migration import migrate
 from tests.commands.surefix_process import serving, surefix
 
@@ -82,8 +83,8 @@ def test_other_machines_are_not_served_before_there_is_a_key(folder: Path) -> No
         (["--database", "postgresql://nobody@127.0.0.1:1/none"], "cannot be reached"),
         (["--database", "sqlite:///empty.db"], "surefix migrate"),
         (["--sessions", "disk"], "memory"),
-        (["--port", "70000"], "port"),
-        (["--workers", "0"], "workers"),
+        (["--port", "70000"], "--port: "),
+        (["--workers", "0"], "--workers: "),
     ],
 )
 def test_what_cannot_be_served_is_refused_in_words(
@@ -100,5 +101,5 @@ def test_the_command_line_outweighs_the_environment(monkeypatch: pytest.MonkeyPa
     settings = settings_of({"port": 5678})
     assert (settings.port, settings.host) == (5678, "::1")
     monkeypatch.setenv("SUREFIX_WORKERS", "many")
-    with pytest.raises(InvalidInput, match="workers"):
+    with pytest.raises(InvalidInput, match="SUREFIX_WORKERS: "):
         settings_of({})
