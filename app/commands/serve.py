@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import asyncio
+import errno
 import os
 import socket
 import tempfile
 import threading
 import time
 from typing import Annotated, Any
+from urllib.parse import urlsplit
 
 import httpx
 import typer
 import uvicorn
 
-from app.errors import InvalidInput
+from app.errors import DependencyDown, InvalidInput
 from app.services.access import is_loopback
 from app.settings import Settings, settings_of
 from app.storage.database import connect
@@ -47,6 +49,8 @@ def serve(
     said = {"host": host, "port": port, "database": database, "sessions": sessions, "workers": workers}
     settings = settings_of({name: value for name, value in said.items() if value is not None})
     asyncio.run(refuse_unfit(settings))
+    refuse_port(settings.host, settings.port)
+    asyncio.run(warn_of_sessions(settings.sessions))
     if settings.workers == 1:
         _serve_alone(settings)
     else:
@@ -72,6 +76,56 @@ async def refuse_unfit(settings: Settings) -> None:
             )
     finally:
         await engine.dispose()
+
+
+def refuse_port(host: str, port: int) -> None:
+    """Nothing, if the port is free. What else may keep the server from binding it says itself.
+
+    Raises
+    ------
+    InvalidInput : it is in use, or not for this user, or nobody knows the host.
+    """
+    try:
+        found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
+    except socket.gaierror as error:
+        why = f"host {host} is not known ({error.strerror}); choose another with --host or SUREFIX_HOST"
+        raise InvalidInput(why, "host") from error
+    for family, kind, _, _, address in found:
+        try:
+            with socket.socket(family, kind) as probe:
+                probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+                if family == socket.AF_INET6:
+                    probe.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
+                probe.bind(address)
+        except OSError as error:
+            state = {errno.EADDRINUSE: "is in use", errno.EACCES: "is not for this user"}.get(error.errno or 0)
+            if state is not None:
+                why = f"port {port} of {host} {state}; choose another with --port or SUREFIX_PORT"
+                raise InvalidInput(why, "port") from error
+
+
+async def warn_of_sessions(sessions: str) -> None:
+    """Say on standard error that the session store cannot be reached; it may be later, while the service runs.
+
+    Raises
+    ------
+    InvalidInput : the setting names no store.
+    """
+    from app.storage.session_state import hot_states  # brings Redis, which other commands need not wait for
+
+    hot = hot_states(sessions, bytes, 1.0)
+    try:
+        await hot.ping()
+    except DependencyDown as error:
+        there = urlsplit(sessions)
+        place = f"{there.scheme}://{there.netloc.rpartition('@')[2]}{there.path}"
+        typer.echo(
+            f"surefix: warning: the session store {place} cannot be reached ({error.__cause__}); "
+            "batches are refused (503) until it can",
+            err=True,
+        )
+    finally:
+        await hot.close()
 
 
 class _AnnouncingServer(uvicorn.Server):
