@@ -28,9 +28,12 @@ COMMANDS = {
 """Subcommand -> module with a Typer `app`."""
 
 
+HELP = "Indoor positioning as a web service that says when not to trust it."
+
+
 def build() -> typer.Typer:
     """The command with all its subcommands."""
-    root = typer.Typer(name="surefix", no_args_is_help=True, pretty_exceptions_enable=False, help=__doc__.split(":")[0])
+    root = typer.Typer(name="surefix", no_args_is_help=True, pretty_exceptions_enable=False, help=HELP)
     wanted = [name for name in COMMANDS if name in sys.argv[1:2]] or list(COMMANDS)  # one import, not all
     for name in wanted:
         module = importlib.import_module(COMMANDS[name])

@@ -10,6 +10,7 @@ SurefixError
 ├── NotAllowed
 │   ├── Unauthenticated     no key, or an unknown one
 │   └── Forbidden           a valid key without the scope
+│       └── NotLocal        without keys: a request that is not this machine's own
 └── DependencyDown          database or session store unreachable; try again later
 """
 
@@ -64,6 +65,10 @@ class Unauthenticated(NotAllowed):
 
 class Forbidden(NotAllowed):
     """The API key is valid but lacks the scope."""
+
+
+class NotLocal(Forbidden):
+    """No key is needed of this machine, and the request is of another, or of a web page of another."""
 
 
 class DependencyDown(SurefixError):

@@ -5,10 +5,13 @@ Every default of the command line comes from here.
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, Any
 
-from pydantic import Field
+from pydantic import Field, ValidationError
 from pydantic_settings import BaseSettings, SettingsConfigDict
+
+from app.errors import InvalidInput
 
 
 class Settings(BaseSettings):
@@ -35,3 +38,19 @@ class Settings(BaseSettings):
     watch_share: float = Field(
         0.25, ge=0, le=1, description="Share of the sessions with a say that must exclude an access point."
     )
+
+
+def settings_of(said: Mapping[str, Any]) -> Settings:
+    """The settings, with what the command line says instead of the environment.
+
+    Raises
+    ------
+    InvalidInput : names the option or the variable of the first setting that is not possible.
+    """
+    try:
+        return Settings(**said)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_input=False)[0]
+        name = ".".join(map(str, first["loc"]))
+        source = f"--{name}" if name in said else f"SUREFIX_{name.upper()}"
+        raise InvalidInput(f"{source}: {first['msg']}", name) from error

@@ -23,6 +23,7 @@ from app.errors import (
     Forbidden,
     InvalidInput,
     NotFound,
+    NotLocal,
     SurefixError,
     TooLarge,
     Unauthenticated,
@@ -56,6 +57,7 @@ PROBLEMS: Mapping[type[SurefixError], Problem] = {
     Conflict: Problem(409, "conflict", "The request contradicts what is stored"),
     Unauthenticated: Problem(401, "unauthenticated", "A valid API key is needed"),
     Forbidden: Problem(403, "forbidden", "The API key lacks the scope"),
+    NotLocal: Problem(403, "forbidden", "Without API keys only this machine is answered"),
     DependencyDown: Problem(503, "dependency-down", "A store cannot be reached; nothing was changed"),
 }
 DEFECT = Problem(500, "defect", "The service has a defect")
@@ -103,7 +105,7 @@ async def _answer_error(request: Request, error: Exception) -> Response:
             members = _place(field, _is_of_body(request, field))
         case Unauthenticated():
             headers = {"WWW-Authenticate": 'Bearer realm="surefix"'}
-        case Forbidden():
+        case Forbidden() if not isinstance(error, NotLocal):  # there is no key whose scope would do
             headers = {"WWW-Authenticate": 'Bearer realm="surefix", error="insufficient_scope"'}
         case DependencyDown(retry_after_s=seconds):
             headers = {"Retry-After": str(seconds)}

@@ -10,6 +10,7 @@ import typer
 from rich.console import Console
 
 from app.commands.named_choices import refuse_unknown
+from app.commands.out_folder import make_folder
 from app.commands.progress import counting
 from app.commands.written_results import write_results
 from app.errors import InvalidInput
@@ -46,7 +47,7 @@ def ageing(
     """Survey once, let the access points age, and ask the old map."""
     refuse_unknown([method], METHODS, "method")
     surveys = None if site is None else _two_surveys(site)
-    out.mkdir(parents=True, exist_ok=True)
+    make_folder(out)
     warm_up()  # compiled once here, not in every worker
     with counting("buildings", buildings) as advance:
         ages = visit_ageing_buildings(range(seed, seed + buildings), walks, METHODS[method], MONTHS, jobs, advance)

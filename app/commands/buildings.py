@@ -11,6 +11,7 @@ import typer
 from rich.console import Console
 
 from app.commands.named_choices import chosen
+from app.commands.out_folder import make_folder
 from app.commands.progress import counting
 from app.commands.written_results import write_results
 from app.evaluation.building_campaign import Visited, pooled, visit_buildings
@@ -22,7 +23,7 @@ from app.fusion.warm_up import warm_up
 FIRST_SEED = 4000
 """Buildings of other seeds are free for whoever tunes."""
 
-app = typer.Typer(help=__doc__, add_completion=False)
+app = typer.Typer(help=__doc__, add_completion=False, subcommand_metavar="")
 
 
 @app.callback(invoke_without_command=True)
@@ -39,7 +40,7 @@ def buildings(
 ) -> None:
     """Draw buildings from seeds, survey each, let strangers walk through, and compare every answer with the truth."""
     asked = chosen(methods, METHODS, "methods")
-    out.mkdir(parents=True, exist_ok=True)
+    make_folder(out)
     warm_up()  # compiled once here, not in every worker
     with counting("buildings", count) as advance:
         visited = list(visit_buildings(range(seed, seed + count), walks, asked, jobs=jobs, done=advance))

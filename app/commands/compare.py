@@ -14,6 +14,7 @@ import typer
 from rich.console import Console
 
 from app.commands.named_choices import chosen
+from app.commands.out_folder import make_folder
 from app.commands.progress import counting
 from app.errors import InvalidInput
 from app.evaluation.alone import ROWS
@@ -64,7 +65,7 @@ def compare(
         rows = chosen(methods, ROWS, "methods")
         papers = chosen(sites, {paper.site: paper for paper in paper_sites()}, "sites")
         folders = floor_folders(site)
-        out.mkdir(parents=True, exist_ok=True)
+        make_folder(out)
         warm_up()  # compiled once here, not in every worker
         began = time.monotonic()
         document = {"seed": seed, "jobs": jobs, "sites": {}}
@@ -79,7 +80,7 @@ def compare(
     (out / "comparison.md").write_text(page(document, "."))
     if target is not None:
         pictures = target.parent / target.stem
-        pictures.mkdir(parents=True, exist_ok=True)
+        make_folder(pictures, "page")
         for picture in sorted(out.glob("cdf_*.png")):
             shutil.copyfile(picture, pictures / picture.name)
         target.write_text(page(document, target.stem))

@@ -30,7 +30,7 @@ START_PATIENCE_S = 300.0
 """The first start compiles the kernels, on a slow machine for minutes."""
 STOP_PATIENCE_S = 10.0
 
-app = typer.Typer(help=__doc__, add_completion=False)
+app = typer.Typer(help=__doc__, add_completion=False, subcommand_metavar="")
 console = Console(stderr=True, highlight=False)
 
 
@@ -52,11 +52,11 @@ def demo(
     with tempfile.TemporaryDirectory(prefix="surefix-demo-") as folder:
         url = database or f"sqlite:///{Path(folder) / 'demo.db'}"
         try:
+            world = make_world(f"demo-{building}-{seed}", building, floors, seed)
             with _server(_free_port(port), url) as (address, server):
                 console.print(
                     f"\n  Surefix is running at [bold]{address}/[/bold]   (API: {address}/docs)\n", soft_wrap=True
                 )
-                world = make_world(f"demo-{building}-{seed}", building, floors, seed)
                 _prepare(address, world, seed)
                 console.print(f"  {phones} phones are walking. Ctrl-C stops.")
                 asyncio.run(_walk(address, server, Visitors(world, seed, speed, _complain), phones, seconds))
@@ -81,7 +81,8 @@ def _free_port(wanted: int) -> int:
 @contextmanager
 def _server(port: int, database: str) -> Iterator[tuple[str, subprocess.Popen[bytes]]]:
     """The service on loopback in a process of its own, migrated and ready."""
-    _surefix("migrate", "--database", database).wait()
+    if _surefix("migrate", "--database", database).wait() != 0:
+        raise SurefixError("there is no database to keep the data in; what was printed above says why")
     console.print("  Starting the server; the first time this takes about a minute.", style="dim")
     process = _surefix("serve", "--host", "127.0.0.1", "--port", str(port), "--database", database)
     address = f"http://127.0.0.1:{port}"

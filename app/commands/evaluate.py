@@ -12,6 +12,7 @@ import typer
 from rich.console import Console
 
 from app.commands.named_choices import chosen, split_names
+from app.commands.out_folder import make_folder
 from app.commands.progress import counting
 from app.errors import InvalidInput
 from app.evaluation.alone import ROWS
@@ -62,7 +63,7 @@ def evaluate(
     )
     rows = chosen(methods, ROWS, "methods")
     folders = floor_folders(site, split_names(floors))
-    out.mkdir(parents=True, exist_ok=True)
+    make_folder(out)
     answers = _measure(folders, rows, protocol, jobs, smoothed)
     results = {"site": site.resolve().name, **document(answers, protocol)}
     (out / "results.json").write_text(json.dumps(results, indent=1) + "\n")

@@ -11,6 +11,7 @@ import typer
 from rich.console import Console
 
 from app.commands.named_choices import chosen, split_names
+from app.commands.out_folder import make_folder
 from app.commands.progress import counting
 from app.commands.written_results import write_results
 from app.errors import InvalidInput
@@ -66,7 +67,7 @@ def faults(
     if site is None and not simulated:
         raise InvalidInput("name a folder of recorded walks, or a number of simulated buildings, or both", "site")
     folders = [] if site is None else floor_folders(site, split_names(floors))
-    out.mkdir(parents=True, exist_ok=True)
+    make_folder(out)
     parts: dict[str, Scores] = {}
     if site is not None:
         answers = _measure(folders, asked, injectors, protocol, seed, jobs)

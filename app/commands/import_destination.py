@@ -12,6 +12,7 @@ from typing import Any, Protocol
 import httpx
 
 from app.commands.import_sources import ImportFloor
+from app.commands.service_address import shown
 from app.errors import Conflict, InvalidInput, NotFound, SurefixError
 from app.floorplan.georeference import Georeference
 from app.services.radio_maps import RadioMaps
@@ -20,7 +21,7 @@ from app.services.surveys import Surveys
 from app.services.venues import FloorDraft, Venues, floor_extent
 from app.services.worker_processes import WorkerProcesses
 from app.storage.database import connect
-from app.storage.migration import require_migrated
+from app.storage.migration import require_usable
 from app.storage.radio_map_rows import RadioMapRows
 from app.storage.survey_rows import SurveyRows
 from app.storage.venue_rows import VenueRows
@@ -72,7 +73,7 @@ class DatabaseDestination:
         self._venues = Venues(VenueRows(self._engine), server_ms)
         maps = RadioMaps(RadioMapRows(self._engine), rows, self._venues, self._workers, server_ms)
         self._surveys = Surveys(rows, self._venues, maps, self._workers, server_ms)
-        self._runner.run(require_migrated(self._engine))
+        self._runner.run(require_usable(self._engine))
 
     def floors(self, venue: str) -> Existing | None:
         try:
@@ -113,6 +114,7 @@ class ServiceDestination:
         try:
             floors = self._answer("GET", f"/v1/venues/{venue}")["floors"]
         except NotFound:
+            self._refuse_other_service()
             return None
         existing: Existing = {}
         for one in floors:
@@ -160,24 +162,43 @@ class ServiceDestination:
     def close(self) -> None:
         self._client.close()
 
+    def _refuse_other_service(self) -> None:
+        """Nothing, if there are venues at the address. That there is not one of them, any server says of any path."""
+        try:
+            self._answer("GET", "/v1/venues")
+        except NotFound as error:
+            raise self._not_surefix() from error
+
+    def _not_surefix(self) -> InvalidInput:
+        where = shown(self._client.base_url)
+        return InvalidInput(f"url: what answers at {where} is not Surefix; name the address of its console", "url")
+
     def _answer(self, method: str, path: str, **request: Any) -> dict[str, Any]:
         try:
             answer = self._client.request(method, path, timeout=PATIENCE_S, **request)
         except httpx.HTTPError as error:
-            raise SurefixError(f"{method} {path}: {error or type(error).__name__}") from error
+            why = str(error) or type(error).__name__
+            where = shown(self._client.base_url)
+            raise SurefixError(f"{method} {where}{path}: {why}; is it served there? --url names another") from error
         if answer.is_success:
-            return dict(answer.json()) if answer.content else {}
+            return self._document(answer) if answer.content else {}
         kind: Callable[[str], SurefixError] = {404: NotFound, 409: Conflict, 422: InvalidInput}.get(
             answer.status_code, SurefixError
         )
         raise kind(f"{method} {path}: {answer.status_code} {_detail(answer)}")
+
+    def _document(self, answer: httpx.Response) -> dict[str, Any]:
+        try:
+            return dict(answer.json())
+        except (ValueError, TypeError) as error:
+            raise self._not_surefix() from error
 
 
 def _detail(answer: httpx.Response) -> str:
     try:
         return str(answer.json()["detail"])
     except (ValueError, KeyError, TypeError):
-        return answer.text[:200]
+        return " ".join(answer.text.split())[:200]
 
 
 def _json(path: Path) -> Any:

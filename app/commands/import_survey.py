@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
@@ -17,11 +17,13 @@ from rich.table import Table
 
 from app.commands.import_destination import DatabaseDestination, Destination, Existing, ServiceDestination
 from app.commands.import_sources import ImportPart, ImportPlan, find_sources
+from app.commands.service_address import service_address
 from app.errors import InvalidInput, SurefixError
-from app.settings import Settings
+from app.services.identifiers import refuse_identifier
+from app.settings import settings_of
 from app.survey.admission import FloorExtent
-from app.survey.rejection import Rejections
-from app.survey.upload import SurveyFindings, read_upload
+from app.survey.rejection import Rejection, Rejections
+from app.survey.upload import SurveyFindings, UselessSurvey, read_upload
 
 SHOWN = 20
 """Rejections printed; --json has all that are listed."""
@@ -54,6 +56,7 @@ def import_survey(
     """Import what DIR holds; exit code 1 if nothing of it could be used."""
     if url and database:
         raise InvalidInput("name a database or the address of a service, not both", "url")
+    refuse_identifier(venue, "venue")
     with tempfile.TemporaryDirectory(prefix="surefix-import-") as scratch, _destination(url, key, database) as there:
         existing = there.floors(venue)
         sources = find_sources(folder, Path(scratch), {floor: frame for floor, (_, frame) in (existing or {}).items()})
@@ -71,9 +74,9 @@ def _destination(url: str, key: str | None, database: str) -> Iterator[Destinati
     there: Destination
     if url:
         headers = {"Authorization": f"Bearer {key}"} if key else {}
-        there = ServiceDestination(httpx.Client(base_url=url, headers=headers))
+        there = ServiceDestination(httpx.Client(base_url=service_address(url), headers=headers))
     else:
-        there = DatabaseDestination(database or Settings().database)
+        there = DatabaseDestination(database or settings_of({}).database)
     try:
         yield there
     finally:
@@ -102,7 +105,7 @@ def _run(
             if findings is not None:
                 usable.append((part, findings, Path(at) / str(number)))
             bar.advance(reading)
-        storing = bar.add_task("storing", total=0 if dry_run else len(usable))
+        storing = bar.add_task("storing", total=len(usable), visible=bool(usable) and not dry_run)
         new = (
             []
             if dry_run or not usable
@@ -143,11 +146,21 @@ def _read(
 ) -> SurveyFindings | None:
     try:
         findings = read_upload(part.upload, extents, spool)
+    except UselessSurvey as error:
+        rejections.extend(_of(part, error.rejected), error.rejected_count)
+        return None
     except SurefixError as error:
         rejections.add(part.label, str(error))
         return None
-    rejections.extend(findings.rejected, findings.rejected_count)
+    rejections.extend(_of(part, findings.rejected), findings.rejected_count)
     return findings
+
+
+def _of(part: ImportPart, rejected: Iterable[Rejection]) -> list[Rejection]:
+    """The same; a row says what it is a row of, since several files may be imported at once."""
+    return [
+        one if isinstance(one.item, str) else Rejection(f"{part.label} row {one.item}", one.reason) for one in rejected
+    ]
 
 
 def _print(report: dict[str, Any]) -> None:

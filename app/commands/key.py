@@ -14,10 +14,10 @@ from rich.table import Table
 from app.errors import InvalidInput, NotFound
 from app.services.access import REMEMBER_S, Scope, key_digest, new_key
 from app.services.server_clock import server_ms
-from app.settings import Settings
+from app.settings import settings_of
 from app.storage.database import connect
 from app.storage.key_rows import KeyRow, KeyRows
-from app.storage.migration import require_migrated
+from app.storage.migration import require_usable
 
 LONGEST_NAME = 200
 Done = TypeVar("Done")
@@ -63,9 +63,9 @@ def revoke(
 
 def _run(database: str, use: Callable[[KeyRows], Awaitable[Done]]) -> Done:
     async def run() -> Done:
-        engine = connect(database or Settings().database)
+        engine = connect(database or settings_of({}).database)
         try:
-            await require_migrated(engine)
+            await require_usable(engine)
             return await use(KeyRows(engine))
         finally:
             await engine.dispose()

@@ -11,6 +11,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from app.commands.service_address import service_address
 from app.errors import InvalidInput
 from app.settings import Settings
 from app.simulation.load_phones import load as run_load
@@ -20,7 +21,7 @@ MOST_WALKS = 16
 MADE_UP_WALKS = 4
 MADE_UP_S = 300
 
-app = typer.Typer(help=__doc__, add_completion=False)
+app = typer.Typer(help=__doc__, add_completion=False, subcommand_metavar="")
 
 
 @app.callback(invoke_without_command=True)
@@ -41,6 +42,7 @@ def load(
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> None:
     """Walk with many phones at once; exit code 1 if any request failed."""
+    address = service_address(url)
     if trace_dir is not None:
         if not trace_dir.is_dir():
             raise InvalidInput(f"{trace_dir} is not a folder", "trace_dir")
@@ -48,7 +50,7 @@ def load(
     else:
         walks = [made_up_walk(seed + n, MADE_UP_S) for n in range(min(MADE_UP_WALKS, phones))]
     opening = {"venue": venue, "method": method}
-    outcome = asyncio.run(run_load(url, key, opening, walks, phones, seconds, rate, seed)).summary()
+    outcome = asyncio.run(run_load(str(address), key, opening, walks, phones, seconds, rate, seed)).summary()
     if as_json:
         typer.echo(json.dumps({"phones": phones, **outcome}))
     else:

@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 import asyncio
+import errno
 import os
 import socket
 import tempfile
 import threading
 import time
-from collections.abc import Mapping
 from typing import Annotated, Any
+from urllib.parse import urlsplit
 
 import httpx
 import typer
 import uvicorn
-from pydantic import ValidationError
 
-from app.errors import InvalidInput
+from app.errors import DependencyDown, InvalidInput
 from app.services.access import is_loopback
-from app.settings import Settings
+from app.settings import Settings, settings_of
 from app.storage.database import connect
 from app.storage.key_rows import KeyRows
-from app.storage.migration import require_migrated
+from app.storage.migration import require_usable
 
 KEEP_ALIVE_S = 75
 """Longer than a phone is silent between batches, so that each goes over the connection of the one before."""
@@ -29,7 +29,7 @@ STOP_PATIENCE_S = 5
 """Listeners of events stay connected for ever; a server that stops does not wait for them."""
 LOOK_EVERY_S = 0.2
 
-app = typer.Typer(help=__doc__, add_completion=False)
+app = typer.Typer(help=__doc__, add_completion=False, subcommand_metavar="")
 
 
 def _help(setting: str) -> str:
@@ -49,25 +49,12 @@ def serve(
     said = {"host": host, "port": port, "database": database, "sessions": sessions, "workers": workers}
     settings = settings_of({name: value for name, value in said.items() if value is not None})
     asyncio.run(refuse_unfit(settings))
+    refuse_port(settings.host, settings.port)
+    asyncio.run(warn_of_sessions(settings.sessions))
     if settings.workers == 1:
         _serve_alone(settings)
     else:
         _serve_together(settings)
-
-
-def settings_of(said: Mapping[str, Any]) -> Settings:
-    """The settings, with what the command line says instead of the environment.
-
-    Raises
-    ------
-    InvalidInput : names the first setting that is not possible.
-    """
-    try:
-        return Settings(**said)
-    except ValidationError as error:
-        first = error.errors(include_url=False, include_input=False)[0]
-        name = ".".join(map(str, first["loc"]))
-        raise InvalidInput(f"setting {name}: {first['msg']}", name) from error
 
 
 async def refuse_unfit(settings: Settings) -> None:
@@ -80,7 +67,7 @@ async def refuse_unfit(settings: Settings) -> None:
     """
     engine = connect(settings.database)
     try:
-        await require_migrated(engine)
+        await require_usable(engine)
         if not is_loopback(settings.host) and not await KeyRows(engine).exist():
             raise InvalidInput(
                 f"{settings.host} can be reached from other machines, and the database has no API key; make one with "
@@ -89,6 +76,56 @@ async def refuse_unfit(settings: Settings) -> None:
             )
     finally:
         await engine.dispose()
+
+
+def refuse_port(host: str, port: int) -> None:
+    """Nothing, if the port is free. What else may keep the server from binding it says itself.
+
+    Raises
+    ------
+    InvalidInput : it is in use, or not for this user, or nobody knows the host.
+    """
+    try:
+        found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
+    except socket.gaierror as error:
+        why = f"host {host} is not known ({error.strerror}); choose another with --host or SUREFIX_HOST"
+        raise InvalidInput(why, "host") from error
+    for family, kind, _, _, address in found:
+        try:
+            with socket.socket(family, kind) as probe:
+                probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+                if family == socket.AF_INET6:
+                    probe.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
+                probe.bind(address)
+        except OSError as error:
+            state = {errno.EADDRINUSE: "is in use", errno.EACCES: "is not for this user"}.get(error.errno or 0)
+            if state is not None:
+                why = f"port {port} of {host} {state}; choose another with --port or SUREFIX_PORT"
+                raise InvalidInput(why, "port") from error
+
+
+async def warn_of_sessions(sessions: str) -> None:
+    """Say on standard error that the session store cannot be reached; it may be later, while the service runs.
+
+    Raises
+    ------
+    InvalidInput : the setting names no store.
+    """
+    from app.storage.session_state import hot_states  # brings Redis, which other commands need not wait for
+
+    hot = hot_states(sessions, bytes, 1.0)
+    try:
+        await hot.ping()
+    except DependencyDown as error:
+        there = urlsplit(sessions)
+        place = f"{there.scheme}://{there.netloc.rpartition('@')[2]}{there.path}"
+        typer.echo(
+            f"surefix: warning: the session store {place} cannot be reached ({error.__cause__}); "
+            "batches are refused (503) until it can",
+            err=True,
+        )
+    finally:
+        await hot.close()
 
 
 class _AnnouncingServer(uvicorn.Server):

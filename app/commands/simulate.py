@@ -9,11 +9,12 @@ import typer
 from rich.console import Console
 from rich.progress import MofNCompleteColumn, Progress, TimeRemainingColumn
 
+from app.commands.out_folder import make_folder
 from app.errors import InvalidInput
 from app.simulation.recording import make_world
 from app.simulation.site import survey_walks, write_plans, write_walk
 
-app = typer.Typer(help=__doc__, add_completion=False)
+app = typer.Typer(help=__doc__, add_completion=False, subcommand_metavar="")
 
 
 @app.callback(invoke_without_command=True)
@@ -30,6 +31,7 @@ def simulate(
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise InvalidInput(f"{out} is not an empty folder; name another, or remove it first", "out")
     world = make_world(site, building, floors, seed)
+    make_folder(out)
     write_plans(world, out)
     console = Console(stderr=True)
     with Progress(

@@ -16,6 +16,7 @@ from rich.console import Console
 from rich.progress import MofNCompleteColumn, Progress
 from rich.table import Table
 
+from app.commands.out_folder import make_folder
 from app.errors import InvalidInput
 from app.estimation.arrays import FloatArray, IntArray
 from app.observations import AxisSamples, Batch
@@ -35,7 +36,7 @@ PHONES_HZ = ((50.0, True), (100.0, True), (50.0, False))
 """Sample rate, and whether there is a gyroscope: one phone each."""
 TREES, DEPTH, LEAF = 30, 8, 15
 
-app = typer.Typer(help=__doc__, add_completion=False)
+app = typer.Typer(help=__doc__, add_completion=False, subcommand_metavar="")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,11 +50,15 @@ class Windows:
 
 @app.callback(invoke_without_command=True)
 def train_carrying(
-    out: Annotated[Path, typer.Option(help="Model file; the default is the one that the service reads.")] = MODEL,
+    out: Annotated[
+        Path, typer.Option(help="Model file to write; the default overwrites the one that the service reads.")
+    ] = MODEL,
     users: Annotated[int, typer.Option(min=2, max=500, help="Simulated people.")] = 60,
     seed: Annotated[int, typer.Option(min=0, help="The same seed gives the same file.")] = 1,
 ) -> None:
     """Grow the forest, and print what it recognises of people whom it was not grown on."""
+    _scikit_learn()
+    make_folder(out.parent)
     console = Console()
     windows = simulated_windows(users, seed)
     found = left_out(windows, seed)
@@ -130,15 +135,19 @@ def _batch(felt: InertialRecord, gyroscope: bool) -> Batch:
     )
 
 
-def _grown(windows: Windows, used: NDArray[np.bool_], seed: int) -> Any:
-    """A scikit-learn forest of the used windows (n,)."""
+def _scikit_learn() -> Any:
+    """Its ensembles. Raises InvalidInput where it is not installed."""
     try:
-        ensemble = importlib.import_module("sklearn.ensemble")
+        return importlib.import_module("sklearn.ensemble")
     except ImportError as error:
         raise InvalidInput(
             "training needs scikit-learn, which running the service does not; install it first"
         ) from error
-    forest = ensemble.RandomForestClassifier(
+
+
+def _grown(windows: Windows, used: NDArray[np.bool_], seed: int) -> Any:
+    """A scikit-learn forest of the used windows (n,)."""
+    forest = _scikit_learn().RandomForestClassifier(
         n_estimators=TREES, max_depth=DEPTH, min_samples_leaf=LEAF, random_state=seed, class_weight="balanced"
     )
     return forest.fit(windows.features[used], windows.position[used])

@@ -10,6 +10,7 @@ import typer
 from rich.console import Console
 
 from app.commands.named_choices import split_names
+from app.commands.out_folder import make_folder
 from app.commands.progress import counting
 from app.commands.written_results import write_results
 from app.evaluation.campaign import Protocol, read_walks, walked_in
@@ -38,7 +39,7 @@ def transfer(
     """Choose the settings of surefix on each floor alone, and see what its levels are worth on the others."""
     protocol = Protocol(folds, tuple(range(folds)), limit)
     folders = floor_folders(site, split_names(floors))
-    out.mkdir(parents=True, exist_ok=True)
+    make_folder(out)
     with counting("reading walks", sum(len(folder.traces) for folder in folders)) as advance:
         walks = read_walks(folders, jobs, advance)
     warm_up()  # compiled once here, not in every worker

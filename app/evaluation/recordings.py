@@ -58,11 +58,13 @@ def floor_folders(site: Path, floors: Sequence[str] | None = None) -> list[Floor
     ------
     InvalidInput : no floor there, or a named one is missing or damaged.
     """
-    folders = [site / floor for floor in floors] if floors else sorted(site.glob("*/"))
-    found = [_floor_folder(folder) for folder in folders if floors or (folder / "floor_info.json").exists()]
-    if not found:
+    there = {folder.name: folder for folder in sorted(site.glob("*/")) if (folder / "floor_info.json").exists()}
+    if not there:
         raise InvalidInput(f"{site} holds no floor: a folder with floor_info.json and path_data_files is expected")
-    return found
+    unknown = [floor for floor in floors or () if floor not in there]
+    if unknown:
+        raise InvalidInput(f"no floors {', '.join(unknown)} in {site}; there are {', '.join(there)}", "floors")
+    return [_floor_folder(there[floor]) for floor in floors or there]
 
 
 def is_test_walk(trace: str, folds: int, fold: int) -> bool:

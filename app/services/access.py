@@ -11,7 +11,7 @@ from collections.abc import Callable
 from enum import StrEnum
 from typing import Protocol
 
-from app.errors import Forbidden, Unauthenticated
+from app.errors import Forbidden, NotLocal, Unauthenticated
 
 REMEMBER_S = 5.0
 """How long a verification is believed without asking the database: a revoked key works for at most so long."""
@@ -88,12 +88,13 @@ class Access:
         Raises
         ------
         Unauthenticated : no key, or one that is unknown or revoked.
-        Forbidden : a valid key without any of the scopes, or, while no key is needed, a request of another site.
+        Forbidden : a valid key without any of the scopes.
+        NotLocal : while no key is needed, a request of another site.
         DependencyDown : the database cannot be reached.
         """
         if self._open_without_keys and await self._no_keys():
             if not local:
-                raise Forbidden(
+                raise NotLocal(
                     "without API keys this service answers its own machine only: Host, and Origin where there is one, "
                     "must name localhost, 127.0.0.1 or [::1]; to be called otherwise, make a key: `surefix key create`"
                 )

@@ -23,7 +23,9 @@ def refuse_identifier(text: str, field: str) -> None:
     """
     if not is_identifier(text):
         raise InvalidInput(
-            "an identifier is 1 to 64 letters, digits, dots, dashes and underscores, the first a letter or digit", field
+            f"{field} {text[:64]!r} is no identifier: it has 1 to 64 letters, digits, dots, dashes and underscores, "
+            "the first a letter or digit",
+            field,
         )
 
 

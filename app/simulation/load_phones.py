@@ -14,6 +14,7 @@ import numpy as np
 from app.simulation.load_walks import with_sequence
 
 PATIENCE_S = 30.0
+LONGEST_DETAIL = 200
 JSON = {"Content-Type": "application/json"}
 PERCENTILES = (50, 90, 99, 100)
 
@@ -59,6 +60,7 @@ class LoadPhones:
         self, client: httpx.AsyncClient, opening: dict[str, Any], walks: list[list[bytes]], rate_hz: float
     ) -> None:
         self._client, self._opening, self._walks, self._rate_hz = client, opening, walks, rate_hz
+        self._named: dict[str, str] = {}
         self.outcome = Outcome()
 
     async def run(self, phones: int, seconds: float, seed: int) -> Outcome:
@@ -79,7 +81,7 @@ class LoadPhones:
                 await asyncio.sleep(1.0)
                 continue
             due = await self._walk(session, self._walks[(number + visit) % len(self._walks)], due, until)
-            await self._request("DELETE", f"/v1/sessions/{session}", 204)
+            await self._request("DELETE", "/v1/sessions/{session}", 204, session)
             visit += 1
 
     async def _walk(self, session: str, walk: list[bytes], due: float, until: float) -> float:
@@ -96,7 +98,7 @@ class LoadPhones:
                 due = now
             began = time.perf_counter()
             body = with_sequence(sequence, rest)
-            answer = await self._request("POST", f"/v1/sessions/{session}/batches", 200, body)
+            answer = await self._request("POST", "/v1/sessions/{session}/batches", 200, session, body)
             if answer is not None:
                 self.outcome.latency_s.append(time.perf_counter() - began)
                 self.outcome.positioned += answer.json()["position"] is not None
@@ -108,19 +110,34 @@ class LoadPhones:
         return None if answer is None else str(answer.json()["session"])
 
     async def _request(
-        self, verb: str, path: str, status: int, content: bytes | None = None, json: Any = None
+        self, verb: str, route: str, status: int, session: str = "", content: bytes | None = None, json: Any = None
     ) -> httpx.Response | None:
         """The answer, or None if it is not the expected one, which is counted."""
         headers = JSON if content is not None else None
+        path = route.replace("{session}", session)
         try:
             answer = await self._client.request(verb, path, content=content, json=json, headers=headers)
         except httpx.HTTPError as error:
-            self.outcome.errors[type(error).__name__] += 1
+            address = self._client.base_url.copy_with(userinfo=b"")
+            self._count(f"{verb} {str(address).rstrip('/')}{route}: {type(error).__name__}", str(error))
             return None
         if answer.status_code != status:
-            self.outcome.errors[f"{verb} {answer.status_code}"] += 1
+            self._count(f"{verb} {route}: {answer.status_code}", _detail(answer))
             return None
         return answer
+
+    def _count(self, failure: str, why: str) -> None:
+        """Count a failure under what was told of its first occurrence; the rest may name a session or a sequence."""
+        name = self._named.setdefault(failure, f"{failure} {why[:LONGEST_DETAIL]}".strip())
+        self.outcome.errors[name] += 1
+
+
+def _detail(answer: httpx.Response) -> str:
+    """What a problem document says; nothing of another answer."""
+    try:
+        return str(answer.json()["detail"])
+    except (ValueError, KeyError, TypeError):
+        return ""
 
 
 async def load(

@@ -16,6 +16,7 @@ from app.errors import DependencyDown, InvalidInput
 
 BUSY_S = 5.0
 """How long a SQLite writer waits for another before the caller is told to come back."""
+FORMS = "the database is sqlite:///path or postgresql://user:password@host/name"
 POOL_SIZE = 8
 POSTGRESQL_CONNECT_S = 3
 SQLITE_PRAGMAS = (
@@ -42,15 +43,17 @@ def database_url(url: str, *, blocking: bool = False) -> URL:
     try:
         parsed = make_url(url)
     except (ArgumentError, ValueError) as error:
-        raise InvalidInput(f"not a database URL: {error}", "database") from error
+        raise InvalidInput(FORMS, "database") from error  # what SQLAlchemy says may quote a part of the password
     kind = parsed.get_backend_name()
     if kind == "sqlite":
         if not parsed.database or parsed.database == ":memory:":
             raise InvalidInput("a SQLite database is a file: sqlite:///path", "database")
         return parsed.set(drivername="sqlite" if blocking else "sqlite+aiosqlite")
     if kind in ("postgresql", "postgres"):
+        if "@" in (parsed.host or ""):  # the rest of a password, which every error would print with the host
+            raise InvalidInput(f"{FORMS}; in a password @ is written %40", "database")
         return parsed.set(drivername="postgresql+psycopg")
-    raise InvalidInput("the database is sqlite:///path or postgresql://user:password@host/name", "database")
+    raise InvalidInput(FORMS, "database")
 
 
 def connect(url: str) -> AsyncEngine:
@@ -76,6 +79,16 @@ def prepare_sqlite(connection: Any, _record: Any = None) -> None:
     for pragma in SQLITE_PRAGMAS:
         cursor.execute(f"PRAGMA {pragma}")
     cursor.close()
+
+
+def why_unreachable(url: URL, error: BaseException) -> str:
+    """Where a database is and why it cannot be reached, on a line and without the password: for who runs the service.
+
+    Who asks the service over HTTP is told neither, see reachable.
+    """
+    reason = " ".join(str(getattr(error, "orig", error)).split())
+    place = url.set(drivername=url.get_backend_name(), query={}).render_as_string(hide_password=True)
+    return f"the database {place} cannot be reached: {reason}"
 
 
 @asynccontextmanager

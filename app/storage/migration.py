@@ -9,7 +9,7 @@ from sqlalchemy.exc import DatabaseError, OperationalError
 from sqlalchemy.ext.asyncio import AsyncEngine
 
 from app.errors import DependencyDown, InvalidInput
-from app.storage.database import database_url, reachable
+from app.storage.database import database_url, reachable, why_unreachable
 
 SCRIPTS = Path(__file__).parents[2] / "migrations"
 """Beside app/, in the repository and where the package is installed."""
@@ -44,11 +44,9 @@ def migrate(url: str) -> str:
     try:
         command.upgrade(config, "head")
     except OperationalError as error:
-        raise DependencyDown(f"the database cannot be reached: {error.orig}") from error
+        raise DependencyDown(why_unreachable(parsed, error)) from error
     except DatabaseError as error:
-        if type(error) is not DatabaseError:  # what SQLite raises of a file that is something else
-            raise
-        raise InvalidInput(f"this cannot be used as a database: {error.orig}", "database") from error
+        raise _no_database(error) from error
     return newest_revision()
 
 
@@ -65,6 +63,37 @@ async def require_migrated(engine: AsyncEngine) -> None:
     if found != wanted:
         state = "has no tables yet" if found is None else f"is at revision {found}, not {wanted}"
         raise DependencyDown(f"the database {state}; run `surefix migrate`")
+
+
+async def require_usable(engine: AsyncEngine) -> None:
+    """The same for a command that is about to work with a database: says where it is and what is wrong.
+
+    A SQLite file that is not there is not made: its path may be mistyped.
+
+    Raises
+    ------
+    DependencyDown : there is none, or as require_migrated.
+    InvalidInput : it is a file of another kind.
+    """
+    url = engine.url
+    path = url.database or ""
+    if url.get_backend_name() == "sqlite" and not path.startswith("file:") and not Path(path).exists():
+        raise DependencyDown(f"there is no database {path}; `surefix migrate --database sqlite:///{path}` makes it")
+    try:
+        await require_migrated(engine)
+    except DependencyDown as error:
+        if error.__cause__ is None:
+            raise
+        raise DependencyDown(why_unreachable(url, error.__cause__)) from error
+    except DatabaseError as error:
+        raise _no_database(error) from error
+
+
+def _no_database(error: DatabaseError) -> InvalidInput:
+    """What SQLite says of a file that is something else. Raises the error again, if it is another."""
+    if type(error) is not DatabaseError:
+        raise error
+    return InvalidInput(f"this cannot be used as a database: {error.orig}", "database")
 
 
 def _revision(connection: Connection) -> str | None:

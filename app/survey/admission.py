@@ -25,6 +25,7 @@ OPT_OUT = "_nomap"
 LONGEST_BEACON_ID = 128
 MARGIN_M = 10.0
 """Places may lie so far outside the floor's frame: plans are drawn tight and surveyors lean out."""
+MAKE_FLOOR = "make it: PUT /v1/venues/{venue}/floors/{floor}, or import a folder of floors"
 GROUPS = 50
 MOST_READINGS = 10_000
 """Access points in one fingerprint; no place on Earth has more, and each must fit in memory."""
@@ -86,7 +87,7 @@ def known_floor(floors: Mapping[str, FloorExtent], floor: str) -> FloorExtent:
     """The floor of that name. Raises ValueError if the venue has none."""
     extent = floors.get(floor)
     if extent is None:
-        raise ValueError(f"the venue has no floor {floor[:64]!r}")
+        raise ValueError(f"the venue has no floor {floor[:64]!r}; {MAKE_FLOOR}")
     return extent
 
 
@@ -140,6 +141,7 @@ def named_floor(floors: Mapping[str, FloorExtent], floor: object) -> FloorExtent
     """The floor that a request names. Raises InvalidInput at field `floor`."""
     if not isinstance(floor, str) or floor not in floors:
         raise InvalidInput(
-            f"floor must name a floor of the venue: {', '.join(sorted(floors)) or 'it has none'}", "floor"
+            f"floor must name a floor of the venue: {', '.join(sorted(floors)) or f'it has none; {MAKE_FLOOR}'}",
+            "floor",
         )
     return floors[floor]

@@ -62,6 +62,17 @@ class SurveyFindings:
         return sum(self.per_floor.values())
 
 
+class UselessSurvey(InvalidInput):
+    """No fingerprint of an upload can be used; rejected and rejected_count as in SurveyFindings."""
+
+    # the defaults are for pickling, which makes it of the message alone and then gives it the rest
+    def __init__(
+        self, message: str, field: str = "", rejected: tuple[Rejection, ...] = (), rejected_count: int = 0
+    ) -> None:
+        super().__init__(message, field)
+        self.rejected, self.rejected_count = rejected, rejected_count
+
+
 def read_upload(upload: Upload, floors: Mapping[str, FloorExtent], spool: Path) -> SurveyFindings:
     """Read an upload from its files and write its fingerprints to a spool.
 
@@ -71,7 +82,8 @@ def read_upload(upload: Upload, floors: Mapping[str, FloorExtent], spool: Path) 
 
     Raises
     ------
-    InvalidInput : the upload is of no use at all: not in its format, or without a single fingerprint.
+    InvalidInput : the upload is not in its format.
+    UselessSurvey : it has not a single fingerprint that can be used.
     """
     notes, per_floor = SurveyNotes(), Counter[str]()
     with spool.open("wb") as out:
@@ -111,4 +123,4 @@ def _useless(upload: Upload, listed: list[Rejection], count: int) -> InvalidInpu
     more = f"; and {count - REASONS_SHOWN} more" if count > REASONS_SHOWN else ""
     item = listed[0].item
     field_name = what if what == "files" else f"row {item}" if isinstance(item, int) else str(item)
-    return InvalidInput(f"nothing of the survey can be used: {reasons}{more}", field_name)
+    return UselessSurvey(f"nothing of the survey can be used: {reasons}{more}", field_name, tuple(listed), count)

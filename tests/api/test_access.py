@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 from fastapi.testclient import TestClient
 
-from app.api.problems import MEDIA_TYPE
+from app.api.problems import MEDIA_TYPE, PROBLEMS
+from app.errors import NotLocal
 from app.main import create_app
 from app.services.access import Scope
 from app.settings import Settings
@@ -169,6 +170,7 @@ def test_without_keys_a_page_of_elsewhere_cannot_use_the_browser_to_get_in(
     for method, path in (("POST", "/v1/venues"), ("GET", "/v1/venues"), ("DELETE", f"/v1/sessions/{0:032x}")):
         answer = keyless.request(method, path, headers=headers)
         assert (answer.status_code, answer.headers["content-type"]) == (403, MEDIA_TYPE)
+        assert answer.json()["title"] == PROBLEMS[NotLocal].title
     form = {"Content-Type": "text/plain", **headers}
     assert keyless.post("/v1/geolocate", content=b"{}", headers=form).status_code == 403
 

@@ -22,6 +22,7 @@ from app.errors import (
     Forbidden,
     InvalidInput,
     NotFound,
+    NotLocal,
     SurefixError,
     TooLarge,
     Unauthenticated,
@@ -69,7 +70,11 @@ def test_every_leaf_of_the_error_tree_is_in_the_table(kind: type[SurefixError]) 
 
 
 def test_types_and_names_are_unique_and_statuses_are_errors() -> None:
-    assert len({problem.name for problem in PROBLEMS.values()}) == len(PROBLEMS)
+    names = [
+        problem.name for kind, problem in PROBLEMS.items() if kind is not NotLocal
+    ]  # forbidden, for another reason
+    assert len(set(names)) == len(names)
+    assert len({problem.title for problem in PROBLEMS.values()}) == len(PROBLEMS)
     assert all(400 <= problem.status < 600 for problem in PROBLEMS.values())
 
 
@@ -84,6 +89,7 @@ def test_types_and_names_are_unique_and_statuses_are_errors() -> None:
         (Conflict("twice"), 409),
         (Unauthenticated("who"), 401),
         (Forbidden("no"), 403),
+        (NotLocal("elsewhere"), 403),
         (DependencyDown("away"), 503),
     ],
 )
@@ -113,6 +119,13 @@ def test_a_store_that_is_down_says_when_to_come_back_and_a_missing_key_how_to_se
     assert client_of(DependencyDown("away", retry_after_s=7)).get("/fail").headers["retry-after"] == "7"
     assert client_of(Unauthenticated("who")).get("/fail").headers["www-authenticate"].startswith("Bearer")
     assert "insufficient_scope" in client_of(Forbidden("no")).get("/fail").headers["www-authenticate"]
+
+
+def test_a_request_of_another_site_is_not_told_that_its_key_lacks_a_scope() -> None:
+    answer = client_of(NotLocal("elsewhere")).get("/fail")
+    assert answer.json()["type"] == TYPE + "forbidden"
+    assert answer.json()["title"] == "Without API keys only this machine is answered"
+    assert "www-authenticate" not in answer.headers
 
 
 @pytest.mark.parametrize("error", [ZeroDivisionError("secret"), Unmapped("secret")])

@@ -14,6 +14,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from app.services.worker_processes import WorkerProcesses
+from app.survey.admission import MAKE_FLOOR
 from app.wifi.radio_map_codec import decode_radio_map
 from tests.api.survey_service import SURVEYS, SurveyService, left_behind, problem, survey_service
 from tests.survey.test_unpacking import zipped
@@ -76,7 +77,7 @@ def test_bad_rows_are_rejected_by_number_and_good_rows_land(service: SurveyServi
     assert got["accepted"] == got["rejected_count"] == 2
     assert got["rejected"] == [
         {"item": 4, "reason": "x and y must be finite"},
-        {"item": 5, "reason": "the venue has no floor 'F9'"},
+        {"item": 5, "reason": f"the venue has no floor 'F9'; {MAKE_FLOOR}"},
     ]
 
 

@@ -62,7 +62,7 @@ def test_json_on_standard_output_is_the_document_and_nothing_else(site: Path, tm
         (("--methods", ","), "no methods named"),
         (("--fold", "9"), "fold must be one of 0 to 4"),
         (("--fold", "-1"), "fold must be a number"),
-        (("--floors", "B7"), "B7"),
+        (("--floors", "B7"), "no floors B7 .*there are F1, F2"),
     ],
 )
 def test_what_cannot_be_evaluated_is_said_before_any_work(

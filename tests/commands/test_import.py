@@ -130,9 +130,24 @@ def test_bad_files_and_rows_are_reported_one_by_one_and_the_rest_lands(
     (mixed / "notes.txt").write_text("bring an umbrella")
     report = run_import(mixed, "--database", database)
     assert [(one["source"], one["accepted"]) for one in report["surveys"]] == [("F1: 2 traces", 10), ("points.csv", 1)]
-    assert [one["item"] for one in report["rejected"]] == ["cut.txt.xz", 3, 4]
+    assert [one["item"] for one in report["rejected"]] == ["cut.txt.xz", "points.csv row 3", "points.csv row 4"]
     assert [Path(name).name for name in report["skipped"]] == ["notes.txt"]
     assert report["version"] == 1
+
+
+def test_of_a_file_without_a_usable_row_every_row_is_told_with_what_to_do(database: str, tmp_path: Path) -> None:
+    rows = f"floor,x,y,t,bssid,rssi\nF1,1,2,{T},{mac(1)},-50\nF1,1,3,{T},{mac(1)},-50\n"
+    (tmp_path / "points.csv").write_text(rows)
+    report = run_import(tmp_path / "points.csv", "--database", database, code=1)
+    reason = "the venue has no floor 'F1'; make it: PUT /v1/venues/{venue}/floors/{floor}, or import a folder of floors"
+    assert report["rejected"] == [{"item": f"points.csv row {row}", "reason": reason} for row in (2, 3)]
+    assert report["rejected_count"] == 2
+    assert stored(database) == (None, None)
+
+
+def test_what_a_venue_cannot_be_called_is_refused_with_what_it_can(database: str, site: Path) -> None:
+    with pytest.raises(InvalidInput, match="venue 'bad name' is no identifier: it has 1 to 64 letters"):
+        run_import(site, "--database", database, "--venue", "bad name")
 
 
 def test_ujiindoorloc_gets_a_floor_for_each_building_and_level_in_metres_on_the_ground(
@@ -216,6 +231,8 @@ class Recorded:
         self.asked.append((request.method, str(request.url.raw_path, "ascii")))
         if request.method == self.refuse:
             return httpx.Response(403, json={"detail": "the key lacks the scope"})
+        if request.url.path == "/v1/venues" and request.method == "GET":
+            return httpx.Response(200, json={"venues": []})
         if request.method == "GET":
             return httpx.Response(200, json=self.venue) if self.venue else httpx.Response(404, json={"detail": "none"})
         if request.url.path.endswith("/surveys"):
@@ -247,6 +264,7 @@ def test_with_an_address_everything_goes_over_the_api_and_the_last_upload_publis
     floor = "/v1/venues/site/floors"
     assert recorded.asked == [
         ("GET", "/v1/venues/site"),
+        ("GET", "/v1/venues"),
         ("POST", "/v1/venues"),
         ("PUT", f"{floor}/F1"),
         ("PUT", f"{floor}/F1/image"),
@@ -261,6 +279,20 @@ def test_a_refusal_of_the_service_is_told_with_its_reason(site: Path, recorded: 
     recorded.refuse = "POST"
     with pytest.raises(SurefixError, match="POST /v1/venues: 403 the key lacks the scope"):
         run_import(site, "--url", "http://there", "--key", "secret")
+
+
+def test_a_service_that_does_not_answer_is_named_with_its_address_and_without_the_password(site: Path) -> None:
+    with pytest.raises(SurefixError) as refused:
+        run_import(site, "--url", "http://me:secret@127.0.0.1:1")
+    assert str(refused.value).startswith("GET http://127.0.0.1:1/v1/venues/site: ")
+    assert "refused" in str(refused.value) and "secret" not in str(refused.value)
+
+
+@pytest.mark.parametrize("other", [httpx.Response(404, text="<p>nothing here</p>"), httpx.Response(200, text="hello")])
+def test_what_is_not_surefix_is_not_taken_for_a_service_without_the_venue(other: httpx.Response) -> None:
+    client = httpx.Client(base_url="http://there/wrong", transport=httpx.MockTransport(lambda _: other))
+    with pytest.raises(InvalidInput, match="what answers at http://there/wrong is not Surefix"):
+        ServiceDestination(client).floors("site")
 
 
 def test_a_destination_knows_the_frames_of_the_floors_that_are_there(database: str, site: Path) -> None:

@@ -58,5 +58,6 @@ def test_a_key_needs_a_name_that_can_be_shown(folder: Path, name: str) -> None:
 
 def test_keys_need_a_migrated_database(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "surefix.db").touch()
     refused = key("create", "--name", "x", "--scope", "admin").exception
     assert isinstance(refused, DependencyDown) and "surefix migrate" in str(refused)

@@ -9,6 +9,7 @@ from typer.testing import CliRunner
 from app.api.batch_body import parse_batch
 from app.api.decoding import Packing
 from app.commands.load import app
+from app.errors import InvalidInput
 from app.simulation.load_walks import made_up_walk, recorded_walks, with_sequence
 from tests.faults.phone_server import PhoneServer
 from tests.open_data import open_data
@@ -46,7 +47,21 @@ def test_a_load_test_prints_throughput_latencies_and_errors(tmp_path: Path) -> N
         assert 0 < latency["p50"] <= latency["p90"] <= latency["p99"] <= latency["max"]
         refused = CliRunner().invoke(app, [*arguments, "--venue", "other"])
         assert refused.exit_code == 1
-        assert json.loads(refused.stdout)["errors"] == {"POST 404": 3}
+        assert json.loads(refused.stdout)["errors"] == {"POST /v1/sessions: 404 there is no venue 'other'": 3}
+
+
+def test_a_service_that_does_not_answer_is_named_with_its_address() -> None:
+    arguments = ["--venue", "mall", "--url", "http://me:secret@127.0.0.1:1", "--phones", "2", "--seconds", "1"]
+    done = CliRunner().invoke(app, [*arguments, "--rate", "0", "--json"])
+    assert done.exit_code == 1
+    (failure,) = json.loads(done.stdout)["errors"]
+    assert failure.startswith("POST http://127.0.0.1:1/v1/sessions: ConnectError")
+
+
+@pytest.mark.parametrize("url", ["127.0.0.1:8000", "localhost:8000", "http://", "http://host:port", "ftp://host"])
+def test_what_is_no_address_of_a_service_is_refused(url: str) -> None:
+    refused = CliRunner().invoke(app, ["--venue", "mall", "--url", url]).exception
+    assert isinstance(refused, InvalidInput) and refused.field == "url" and "http://host:port" in str(refused)
 
 
 @pytest.mark.parametrize("folder", ["missing", "empty"])

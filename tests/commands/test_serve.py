@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import socket
 import time
 from pathlib import Path
 
@@ -7,8 +8,9 @@ import httpx
 import pytest
 from typer.testing import CliRunner
 
-from app.commands.serve import app, settings_of
+from app.commands.serve import app
 from app.errors import InvalidInput, SurefixError
+from app.settings import settings_of
 from app.storage.migration import migrate
 from tests.commands.surefix_process import serving, surefix
 
@@ -82,8 +84,8 @@ def test_other_machines_are_not_served_before_there_is_a_key(folder: Path) -> No
         (["--database", "postgresql://nobody@127.0.0.1:1/none"], "cannot be reached"),
         (["--database", "sqlite:///empty.db"], "surefix migrate"),
         (["--sessions", "disk"], "memory"),
-        (["--port", "70000"], "port"),
-        (["--workers", "0"], "workers"),
+        (["--port", "70000"], "--port: "),
+        (["--workers", "0"], "--workers: "),
     ],
 )
 def test_what_cannot_be_served_is_refused_in_words(
@@ -94,11 +96,36 @@ def test_what_cannot_be_served_is_refused_in_words(
     assert isinstance(refused, SurefixError) and word in str(refused)
 
 
+@pytest.mark.parametrize("workers", ["1", "2"])
+def test_a_port_that_is_in_use_is_refused_with_the_way_to_choose_another(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, workers: str
+) -> None:
+    monkeypatch.chdir(folder)
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        port = str(other.getsockname()[1])
+        refused = CliRunner().invoke(app, ["--port", port, "--workers", workers]).exception
+    assert isinstance(refused, InvalidInput)
+    assert str(refused) == f"port {port} of 127.0.0.1 is in use; choose another with --port or SUREFIX_PORT"
+
+
+def test_a_session_store_that_is_away_is_told_at_start_without_its_password_and_the_server_serves(
+    folder: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with serving(["--port", "0", "--sessions", "redis://me:secret@127.0.0.1:1/0"], folder) as server:
+        assert httpx.get(f"{server.address}/healthz", trust_env=False).status_code == 200
+        assert httpx.get(f"{server.address}/readyz", trust_env=False).status_code == 503
+    said = capfd.readouterr().err
+    assert "warning: the session store redis://127.0.0.1:1/0 cannot be reached" in said
+    assert "secret" not in said
+
+
 def test_the_command_line_outweighs_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SUREFIX_PORT", "1234")
     monkeypatch.setenv("SUREFIX_HOST", "::1")
     settings = settings_of({"port": 5678})
     assert (settings.port, settings.host) == (5678, "::1")
     monkeypatch.setenv("SUREFIX_WORKERS", "many")
-    with pytest.raises(InvalidInput, match="workers"):
+    with pytest.raises(InvalidInput, match="SUREFIX_WORKERS: "):
         settings_of({})

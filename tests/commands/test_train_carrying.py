@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from app.commands import train_carrying
 from app.commands.train_carrying import app
 from app.errors import InvalidInput
 from app.pdr.carrying_position import CLASSES, FEATURES, MODEL_VERSION
@@ -46,11 +47,14 @@ def test_the_file_says_what_it_is_for_and_holds_no_pickle(tmp_path: Path) -> Non
         assert arrays["share"].sum(axis=1) == pytest.approx(1.0)
 
 
-def test_without_scikit_learn_it_says_what_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_scikit_learn_it_says_what_is_missing_before_anybody_walks(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def missing(name: str) -> Any:
         raise ImportError(name)
 
     monkeypatch.setattr(importlib, "import_module", missing)
+    monkeypatch.setattr(train_carrying, "simulated_windows", lambda *_: pytest.fail("somebody has walked"))
     with pytest.raises(InvalidInput, match="scikit-learn"):
         _train(tmp_path / "model.npz")
     assert not (tmp_path / "model.npz").exists()
