@@ -81,21 +81,19 @@ class Quality:
         NotFound : there is no such version.
         DependencyDown : the database cannot be reached.
         """
-        if not is_identifier(venue):
+        key = await self._rows.version(venue, version) if is_identifier(venue) else None
+        if key is None:
             raise no_version(venue, version)
         stored = await self._rows.read(venue, version)
         if stored is None:
-            return await self._begin(venue, version)
+            return await self._begin(venue, key)
         described = orjson.loads(stored.report)
         described["created"] = stored.created_ms
-        use = await self._use(venue, version, described.pop("likeness"), described.pop("floor_names"))
+        use = await self._use(venue, version, key, described.pop("likeness"), described.pop("floor_names"))
         described["drift"] = {**use, **await self._watched(venue, version, described.pop("strongest"))}
         return QualityReport(described, stored.picture, described.pop("canvases"))
 
-    async def _begin(self, venue: str, version: int) -> str:
-        key = await self._rows.version(venue, version)
-        if key is None:
-            raise no_version(venue, version)
+    async def _begin(self, venue: str, key: VersionKey) -> str:
         async with self._turn:
             task = self._making.get(key.map_id)
             if task is None:
@@ -124,11 +122,14 @@ class Quality:
                         write_row(stream, one)
             return await self._workers.run(made_report, spool, await self._rows.body(key.map_id), floors)
 
-    async def _use(self, venue: str, version: int, likeness: dict[str, Any], floors: list[str]) -> dict[str, Any]:
+    async def _use(
+        self, venue: str, version: int, key: VersionKey, likeness: dict[str, Any], floors: list[str]
+    ) -> dict[str, Any]:
         """What the scans of sessions say of the map."""
         learnt = stored_likeness({name: np.array(rows, np.float64) for name, rows in likeness.items()})
         assert learnt is not None  # every report has it
-        return described_drift(await self._map_use.drift(venue, version, learnt, floors), self._map_use.since_ms())
+        since_ms = max(self._map_use.since_ms(), key.created_ms)  # the period may have begun before there was a map
+        return described_drift(await self._map_use.drift(venue, version, learnt, floors), since_ms)
 
     async def _watched(self, venue: str, version: int, strongest: dict[str, list[Any]]) -> dict[str, Any]:
         """How many of the map's access points are no longer relied on, and where each was heard strongest."""

@@ -159,6 +159,11 @@ def test_squares_that_use_has_found_changed_are_listed_and_drawn(
     assert again["reason"] in page and "1 of 1 squares" in page
 
 
+def test_use_is_counted_from_no_earlier_than_the_version_was_made(client: TestClient, made: dict[str, Any]) -> None:
+    (version,) = client.get("/v1/venues/mall/radio-maps").json()["radio_maps"]
+    assert made["drift"]["since"] == version["created"]
+
+
 def test_a_version_that_does_not_exist_has_no_report(client: TestClient) -> None:
     for path in ("/v1/venues/mall/radio-maps/9", "/v1/venues/none/radio-maps/1"):
         for name in ("quality", "quality.png", "quality.html"):
