@@ -6,6 +6,7 @@ import asyncio
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -86,29 +87,29 @@ class Quality:
             raise no_version(venue, version)
         stored = await self._rows.read(venue, version)
         if stored is None:
-            return await self._begin(venue, key)
+            return await self._begin(venue, version, key)
         described = orjson.loads(stored.report)
         described["created"] = stored.created_ms
         use = await self._use(venue, version, key, described.pop("likeness"), described.pop("floor_names"))
         described["drift"] = {**use, **await self._watched(venue, version, described.pop("strongest"))}
         return QualityReport(described, stored.picture, described.pop("canvases"))
 
-    async def _begin(self, venue: str, key: VersionKey) -> str:
+    async def _begin(self, venue: str, version: int, key: VersionKey) -> str:
         async with self._turn:
             task = self._making.get(key.map_id)
             if task is None:
-                task = self._making[key.map_id] = await self._tasks.start(lambda: self._job(venue, key))
+                task = self._making[key.map_id] = await self._tasks.start(lambda: self._job(venue, version, key))
         return task
 
-    async def _job(self, venue: str, key: VersionKey) -> bytes:
+    async def _job(self, venue: str, version: int, key: VersionKey) -> bytes:
         try:
-            report, picture = await self._made(venue, key)
+            report, picture = await self._made(venue, version, key)
             await self._rows.add(key.map_id, ReportRow(report, picture, self._now_ms()))
         finally:
             self._making.pop(key.map_id, None)
         return b""  # it is read where it was asked for
 
-    async def _made(self, venue: str, key: VersionKey) -> tuple[bytes, bytes]:
+    async def _made(self, venue: str, version: int, key: VersionKey) -> tuple[bytes, bytes]:
         floors = []
         for row in (await self._venues.read(venue))[1]:
             plan = await self._venues.plan(venue, row.floor) if row.has_plan else None
@@ -120,7 +121,9 @@ class Quality:
                 async for rows in self._surveys.fingerprints(key.surveys):
                     for one in rows:
                         write_row(stream, one)
-            return await self._workers.run(made_report, spool, await self._rows.body(key.map_id), floors)
+            made = datetime.fromtimestamp(key.created_ms / 1000.0, UTC).strftime("%Y-%m-%d")
+            title = f"{venue}, radio map version {version} of {made}"
+            return await self._workers.run(made_report, spool, await self._rows.body(key.map_id), floors, title)
 
     async def _use(
         self, venue: str, version: int, key: VersionKey, likeness: dict[str, Any], floors: list[str]
