@@ -62,9 +62,10 @@ def client(folder: Path) -> Iterator[TestClient]:
 
 @pytest.fixture(scope="module")
 def made(client: TestClient) -> dict[str, Any]:
-    """The report, once it is made; what was answered on the way is told as `started` and `waiting`."""
+    """The report, once it is made; what was answered on the way is told as `started`, `waiting` and `fetched`."""
     waiting, started = client.get(f"{MAP}/quality.html"), client.get(f"{MAP}/quality")
-    return {**finished(client).json(), "waiting": waiting, "started": started}
+    fetched = client.get(f"{MAP}/quality.html", headers={"Authorization": "Bearer any"})
+    return {**finished(client).json(), "waiting": waiting, "started": started, "fetched": fetched}
 
 
 def finished(client: TestClient) -> Response:
@@ -85,6 +86,12 @@ def test_until_the_report_is_made_its_one_task_is_told(client: TestClient, made:
     assert '<meta http-equiv="refresh"' in waiting.text and waiting.headers["content-type"].startswith("text/html")
     task = client.get(started.json()["task"]).json()
     assert (task["status"], task["problem"]) == ("done", None)
+
+
+def test_who_fetches_the_page_with_a_key_gets_none_that_would_load_itself_again_without_it(
+    made: dict[str, Any],
+) -> None:
+    assert made["fetched"].status_code == 202 and "refresh" not in made["fetched"].text
 
 
 def test_the_report_says_how_good_the_map_is(made: dict[str, Any]) -> None:
