@@ -4,9 +4,15 @@ const KEY = "surefix-api-key";
 
 export class Refused extends Error {
   constructor(status, detail) {
-    super(detail);
+    super(sentence(detail));
     this.status = status;
   }
+}
+
+/** The server's words begin in lower case and end without a full stop; the page says more after them. */
+function sentence(words) {
+  const text = words.trim();
+  return `${text.charAt(0).toUpperCase()}${text.slice(1)}${/[.!?]$/.test(text) ? "" : "."}`;
 }
 
 export const rememberKey = (key) => sessionStorage.setItem(KEY, key);
