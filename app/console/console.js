@@ -6,6 +6,7 @@ import { address, named, rename } from "./fragment.js";
 import { fillLegend } from "./legend.js";
 import { Phones, metres } from "./phones.js";
 import { drawPlan } from "./plan.js";
+import { openQuality } from "./quality.js";
 import { drawTabs } from "./tabs.js";
 
 const POLL_MS = 1000;
@@ -14,6 +15,7 @@ const PATIENCE_MS = 4000;
 const byId = (id) => document.getElementById(id);
 const state = {
   venue: null,
+  version: null, // of its radio map in use
   floors: [],
   floor: null,
   drawn: null,
@@ -116,8 +118,10 @@ function offerVenues(venues) {
     clear();
     alerts.clear();
   }
+  state.version = shown?.version ?? null;
   state.floor = wanted.floor ?? state.floor;
   select.value = state.venue ?? "";
+  byId("quality").hidden = state.version === null;
 }
 
 function show(floor) {
@@ -203,6 +207,7 @@ byId("key-form").addEventListener("submit", (event) => {
   byId("key").value = "";
   wake();
 });
+byId("quality").addEventListener("click", () => openQuality(state.venue, state.version));
 document.querySelector(".skip").addEventListener("click", (event) => {
   event.preventDefault(); // the fragment names what is shown
   byId("phones").focus();

@@ -49,3 +49,16 @@ export async function floorImage(id, name) {
     throw error;
   }
 }
+
+/** The page of a quality report, waited for while it is being made. */
+export async function qualityPage(id, version, wait) {
+  for (;;) {
+    const answer = await ask(`v1/venues/${part(id)}/radio-maps/${part(version)}/quality.html`, "text/html");
+    if (answer.status !== 202) return answer.blob();
+    const task = answer.headers.get("Location").replace(/^\//, ""); // from the page's own address, as all else
+    for (let state = await json(task); state.status !== "done"; state = await json(task)) {
+      if (state.problem) throw new Refused(state.problem.status, state.problem.detail || state.problem.title);
+      await wait();
+    }
+  }
+}
