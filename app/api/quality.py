@@ -7,11 +7,13 @@ from collections.abc import Callable
 from typing import Any
 
 import orjson
-from fastapi import APIRouter, Depends, Response
+from fastapi import APIRouter, Depends, Request, Response
 
+from app.api.access import bearer_key
 from app.api.quality_body import QualityBody
-from app.api.quality_page import HEADERS, page_of, waiting_page
+from app.api.quality_page import page_of, waiting_page
 from app.api.radio_maps import Version
+from app.api.report_document import HEADERS
 from app.api.tasks import StartedBody, started, task_path
 from app.services.quality import Quality
 
@@ -68,18 +70,19 @@ def quality_router(quality: Callable[..., Any], survey: Callable[..., Any]) -> A
             200: {"content": {HTML: {"schema": {"type": "string"}}}},
             202: {
                 "content": {HTML: {"schema": {"type": "string"}}},
-                "description": "it is being made; loads itself again",
+                "description": "it is being made; loads itself again where no key was needed",
             },
         },
         response_class=Response,
         summary="The same as a page",
     )
-    async def page(venue: str, version: Version, service: Quality = Depends(quality)) -> Response:
+    async def page(venue: str, version: Version, request: Request, service: Quality = Depends(quality)) -> Response:
         """A file by itself, the picture within."""
         found = await service.report(venue, version)
         if isinstance(found, str):
             headers = {"Location": task_path(found), **_AGAIN, **HEADERS}
-            return Response(waiting_page(venue, version, AGAIN_S), 202, headers, media_type=HTML)
+            again_s = None if bearer_key(request) else AGAIN_S  # a browser that reloads a page sends no key
+            return Response(waiting_page(venue, version, again_s), 202, headers, media_type=HTML)
         return Response(page_of(venue, found.described, await to_thread(found.drawn)), headers=HEADERS, media_type=HTML)
 
     return router

@@ -179,7 +179,7 @@ class DriftBody(BaseModel):
 
 
 class QualityBody(BaseModel):
-    """The report of a version. `created`: Unix ms, server's clock."""
+    """The report of a version. `created`: Unix ms, server's clock.  `fingerprints`: of WiFi."""
 
     version: int
     created: int

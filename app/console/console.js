@@ -2,14 +2,27 @@
 
 import * as service from "./service.js";
 import { Alerts } from "./alerts.js";
-import { drawPlan, element } from "./plan.js";
-import { FLAGS, Phones, metres } from "./phones.js";
+import { address, named, rename } from "./fragment.js";
+import { fillLegend } from "./legend.js";
+import { Phones, metres } from "./phones.js";
+import { drawPlan } from "./plan.js";
+import { openQuality } from "./quality.js";
+import { drawTabs } from "./tabs.js";
 
 const POLL_MS = 1000;
 const BUILDINGS_MS = 5000; // how often venues and floors are asked for: they seldom change
 const PATIENCE_MS = 4000;
 const byId = (id) => document.getElementById(id);
-const state = { venue: null, floors: [], floor: null, drawn: null, phones: [], asked: -Infinity };
+const state = {
+  venue: null,
+  version: null, // of its radio map in use
+  floors: [],
+  floor: null,
+  drawn: null,
+  phones: [],
+  asked: -Infinity,
+  read: null, // the fragment that was followed last
+};
 const phones = new Phones(byId("dots"), byId("trails"), byId("rows"), choose);
 const alerts = new Alerts(byId("alert-list"), byId("no-alerts"));
 
@@ -33,16 +46,20 @@ async function turn() {
 }
 
 async function look() {
-  if (performance.now() - state.asked > BUILDINGS_MS || state.floors.length === 0) {
+  if (location.hash !== state.read || performance.now() - state.asked > BUILDINGS_MS || state.floors.length === 0) {
+    state.read = location.hash;
     offerVenues((await service.venues()).venues);
     state.floors = state.venue ? [...(await service.venue(state.venue)).floors].sort((a, b) => a.level - b.level) : [];
     state.asked = performance.now();
+    if (location.hash !== state.read) return look(); // somebody has gone elsewhere meanwhile
   }
   if (!state.venue) {
     clear();
+    const words = "The address names one that this server does not have. Choose another above.";
+    if (byId("venue").options.length > 0) return notice(`There is no venue “${named().venue}”`, words);
     return notice("No venue yet", "A venue is a building with its floors. The demo makes one with phones walking through it:", "surefix demo");
   }
-  if (!state.floors.some((floor) => floor.floor === state.floor)) show(state.floors[0]?.floor ?? null);
+  show((state.floors.find((floor) => floor.floor === state.floor) ?? state.floors[0])?.floor ?? null);
   if (!state.floor) {
     clear();
     return notice("This venue has no floor", "Give it one, with its size, georeference and plan:", `PUT /v1/venues/${state.venue}/floors/F1`);
@@ -60,7 +77,7 @@ async function draw() {
   const wanted = `${state.venue}/${state.floor}`;
   if (state.drawn === wanted) return;
   const floor = await service.floor(state.venue, state.floor);
-  const image = floor.plan ? null : await service.floorImage(state.venue, state.floor);
+  const image = floor.plan && floor.georeference ? null : await service.floorImage(state.venue, state.floor);
   drawPlan(byId("map"), byId("plan"), floor, image);
   state.drawn = wanted;
   byId("map-title").textContent = `Floor plan of ${floor.name || floor.floor}`;
@@ -79,46 +96,11 @@ function paint() {
   byId("accuracy").textContent = metres(radii[Math.floor(radii.length / 2)]);
   byId("alerts").textContent = fixes.filter((fix) => fix.integrity.flag === "fault").length;
   byId("no-phones").hidden = fixes.length > 0;
-  tabs();
+  drawTabs(byId("floors"), state.floors, state.floor, state.phones, go);
   const bar = [5, 10, 20, 50, 100].find((length) => length / scale > 60) ?? 100;
   byId("scale").hidden = false;
   byId("scale-bar").style.width = `${bar / scale}px`;
   byId("scale-text").textContent = `${bar} m`;
-}
-
-function tabs() {
-  const here = (name) => state.phones.filter((phone) => phone.fix.position?.floor === name).length;
-  const list = byId("floors");
-  const names = state.floors.map((floor) => floor.floor).join("/");
-  if (list.dataset.names !== names) {
-    list.dataset.names = names;
-    list.replaceChildren(...state.floors.map((floor) => tab(floor)));
-  }
-  for (const button of list.children) {
-    const selected = button.dataset.floor === state.floor;
-    button.setAttribute("aria-selected", selected);
-    button.tabIndex = selected ? 0 : -1;
-    button.lastChild.textContent = here(button.dataset.floor) || "";
-  }
-}
-
-function tab(floor) {
-  const button = document.createElement("button");
-  button.type = "button";
-  button.role = "tab";
-  button.dataset.floor = floor.floor;
-  button.setAttribute("aria-controls", "stage");
-  const badge = document.createElement("span");
-  badge.className = "badge";
-  button.append(floor.name || floor.floor, badge);
-  button.addEventListener("click", () => go(floor.floor));
-  button.addEventListener("keydown", (event) => {
-    const next = { ArrowRight: button.nextSibling, ArrowLeft: button.previousSibling }[event.key];
-    if (!next) return;
-    next.focus();
-    next.click();
-  });
-  return button;
 }
 
 function offerVenues(venues) {
@@ -128,18 +110,24 @@ function offerVenues(venues) {
     select.dataset.venues = JSON.stringify(venues);
     select.replaceChildren(...venues.map(({ venue, name }) => new Option(name || venue, venue)));
   }
-  if (!venues.some(({ venue }) => venue === state.venue)) {
-    const [wanted, floor] = location.hash.slice(1).split("/").map(decodeURIComponent);
-    state.venue = venues.find(({ venue }) => venue === wanted)?.venue ?? venues.at(-1)?.venue ?? null;
-    state.floor = floor || null;
-    phones.clear();
+  const wanted = named();
+  const found = venues.find(({ venue }) => venue === (wanted.venue ?? state.venue));
+  const shown = found ?? (wanted.venue ? null : venues.at(-1)); // never another one than the address names
+  if ((shown?.venue ?? null) !== state.venue) {
+    Object.assign(state, { venue: shown?.venue ?? null, floor: null });
+    clear();
+    alerts.clear();
   }
+  state.version = shown?.version ?? null;
+  state.floor = wanted.floor ?? state.floor;
   select.value = state.venue ?? "";
+  byId("quality").hidden = state.version === null;
 }
 
 function show(floor) {
   state.floor = floor;
-  if (floor) history.replaceState(null, "", `#${encodeURIComponent(state.venue)}/${encodeURIComponent(floor)}`);
+  rename(state.venue, floor);
+  state.read = location.hash;
 }
 
 async function go(floor) {
@@ -162,13 +150,15 @@ function choose(id) {
 
 function clear() {
   for (const id of ["plan", "floors"]) byId(id).replaceChildren();
+  for (const id of ["count", "usable", "accuracy", "alerts"]) byId(id).textContent = "–";
   phones.clear();
+  state.phones = [];
   state.drawn = null;
   byId("floors").dataset.names = "";
   byId("scale").hidden = true;
 }
 
-function notice(title, text, command = null, corner = false) {
+function notice(title, text, command = null, strip = false) {
   const box = byId("notice");
   const parts = [["h2", title], ["p", text], ...(command ? [["pre", command]] : [])].map(([tag, words]) => {
     const node = document.createElement(tag);
@@ -176,7 +166,7 @@ function notice(title, text, command = null, corner = false) {
     return node;
   });
   box.replaceChildren(...parts);
-  box.classList.toggle("corner", corner);
+  box.classList.toggle("strip", strip);
   box.hidden = false;
 }
 
@@ -205,46 +195,30 @@ function metresPerPixel() {
 
 // ---- start ----------------------------------------------------------------------------------------------------------------
 
-byId("legend").append(
-  ...[
-    ["the phone", "dot, with its heading", [["core", 5]]],
-    ["68 % circle", "the phone is inside it two times in three", [["accuracy", 10]]],
-    ["protection level", "it is outside only at the risk agreed", [["protection", 10]]],
-  ].map(([name, meaning, circles]) => {
-    const picture = element("svg", { viewBox: "-16 -11 32 22", "aria-hidden": "true" });
-    picture.append(...circles.map(([kind, r]) => element("circle", { class: kind, r })));
-    return legendLine(name, meaning, picture);
-  }),
-  ...Object.entries(FLAGS).map(([flag, [mark, meaning]]) => {
-    const badge = document.createElement("span");
-    badge.className = "flag";
-    Object.assign(badge.dataset, { flag, mark });
-    badge.textContent = flag;
-    return legendLine(null, meaning, badge);
-  }),
-);
-
-function legendLine(name, meaning, picture) {
-  const line = document.createElement("li");
-  line.dataset.flag = "nominal";
-  line.append(picture, name ? `${name}: ${meaning}` : meaning);
-  return line;
-}
+let wake = () => {};
+fillLegend(byId("legend"));
 
 byId("venue").addEventListener("change", (event) => {
-  Object.assign(state, { venue: event.target.value, floors: [], floor: null });
-  clear();
-  alerts.clear();
+  location.hash = address(event.target.value);
 });
 byId("key-form").addEventListener("submit", (event) => {
   event.preventDefault();
   service.rememberKey(byId("key").value.trim());
   byId("key").value = "";
-  turn();
+  wake();
 });
+byId("quality").addEventListener("click", () => openQuality(state.venue, state.version));
+document.querySelector(".skip").addEventListener("click", (event) => {
+  event.preventDefault(); // the fragment names what is shown
+  byId("phones").focus();
+});
+window.addEventListener("hashchange", () => wake());
 window.addEventListener("resize", () => state.drawn && paint());
 
 for (;;) {
   const wait = await turn();
-  await new Promise((wake) => setTimeout(wake, wait));
+  await new Promise((go) => {
+    wake = go;
+    setTimeout(go, wait);
+  });
 }

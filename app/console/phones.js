@@ -32,8 +32,10 @@ export class Phones {
       for (const node of [one.marker, one.trail, one.row]) node.remove();
       this.shown.delete(id);
     }
-    for (const phone of phones) {
+    for (const [at, phone] of phones.entries()) {
       const one = this.shown.get(phone.phone) ?? this.appear(phone.phone);
+      // rows are in the order of the poll; those in place are not touched, or a focused one would lose the focus
+      if (this.rows.children[at] !== one.row) this.rows.insertBefore(one.row, this.rows.children[at] ?? null);
       this.move(one, phone, floor, scale);
       this.tell(one, phone);
     }
@@ -69,7 +71,6 @@ export class Phones {
 
     this.trails.append(trail);
     this.dots.append(marker);
-    this.rows.append(row);
     const one = { trail, marker, place, parts, row, cells: Object.fromEntries(cells), track: [], floor: null };
     this.shown.set(id, one);
     return one;

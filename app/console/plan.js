@@ -48,7 +48,8 @@ export function drawPlan(map, group, floor, imageUrl) {
   } else {
     shapes.push(element("rect", { class: "outline", x: 0, y: -floor.height, width: floor.width, height: floor.height }));
   }
-  group.replaceChildren(...shapes);
+  // names last: a room that overlaps another would be painted over its name
+  group.replaceChildren(...shapes.sort((one, other) => (one.tagName === "text") - (other.tagName === "text")));
   return shapes.length;
 }
 

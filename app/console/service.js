@@ -4,9 +4,15 @@ const KEY = "surefix-api-key";
 
 export class Refused extends Error {
   constructor(status, detail) {
-    super(detail);
+    super(sentence(detail));
     this.status = status;
   }
+}
+
+/** The server's words begin in lower case and end without a full stop; the page says more after them. */
+function sentence(words) {
+  const text = words.trim();
+  return `${text.charAt(0).toUpperCase()}${text.slice(1)}${/[.!?]$/.test(text) ? "" : "."}`;
 }
 
 export const rememberKey = (key) => sessionStorage.setItem(KEY, key);
@@ -41,5 +47,18 @@ export async function floorImage(id, name) {
   } catch (error) {
     if (error.status === 404) return null;
     throw error;
+  }
+}
+
+/** The page of a quality report, waited for while it is being made. */
+export async function qualityPage(id, version, wait) {
+  for (;;) {
+    const answer = await ask(`v1/venues/${part(id)}/radio-maps/${part(version)}/quality.html`, "text/html");
+    if (answer.status !== 202) return answer.blob();
+    const task = answer.headers.get("Location").replace(/^\//, ""); // from the page's own address, as all else
+    for (let state = await json(task); state.status !== "done"; state = await json(task)) {
+      if (state.problem) throw new Refused(state.problem.status, state.problem.detail || state.problem.title);
+      await wait();
+    }
   }
 }

@@ -6,6 +6,7 @@ import asyncio
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -87,32 +88,30 @@ class Quality:
         DependencyDown : the database cannot be reached.
         SurefixError : it could not be made a short while ago; trying at every request would help nobody.
         """
-        if not is_identifier(venue):
+        key = await self._rows.version(venue, version) if is_identifier(venue) else None
+        if key is None:
             raise no_version(venue, version)
         stored = await self._rows.read(venue, version)
         if stored is None:
-            return await self._begin(venue, version)
+            return await self._begin(venue, version, key)
         described = orjson.loads(stored.report)
         described["created"] = stored.created_ms
-        use = await self._use(venue, version, described.pop("likeness"), described.pop("floor_names"))
+        use = await self._use(venue, version, key, described.pop("likeness"), described.pop("floor_names"))
         described["drift"] = {**use, **await self._watched(venue, version, described.pop("strongest"))}
         return QualityReport(described, stored.picture, described.pop("canvases"))
 
-    async def _begin(self, venue: str, version: int) -> str:
-        key = await self._rows.version(venue, version)
-        if key is None:
-            raise no_version(venue, version)
+    async def _begin(self, venue: str, version: int, key: VersionKey) -> str:
         if self._now_ms() - self._failed_ms.get(key.map_id, -AGAIN_MS) < AGAIN_MS:
             raise SurefixError("this report cannot be made; when that was tried the log said why")
         async with self._turn:
             task = self._making.get(key.map_id)
             if task is None:
-                task = self._making[key.map_id] = await self._tasks.start(lambda: self._job(venue, key))
+                task = self._making[key.map_id] = await self._tasks.start(lambda: self._job(venue, version, key))
         return task
 
-    async def _job(self, venue: str, key: VersionKey) -> bytes:
+    async def _job(self, venue: str, version: int, key: VersionKey) -> bytes:
         try:
-            report, picture = await self._made(venue, key)
+            report, picture = await self._made(venue, version, key)
             await self._rows.add(key.map_id, ReportRow(report, picture, self._now_ms()))
             self._failed_ms.pop(key.map_id, None)
         except DependencyDown:
@@ -124,7 +123,7 @@ class Quality:
             self._making.pop(key.map_id, None)
         return b""  # it is read where it was asked for
 
-    async def _made(self, venue: str, key: VersionKey) -> tuple[bytes, bytes]:
+    async def _made(self, venue: str, version: int, key: VersionKey) -> tuple[bytes, bytes]:
         floors = []
         for row in (await self._venues.read(venue))[1]:
             plan = await self._venues.plan(venue, row.floor) if row.has_plan else None
@@ -136,13 +135,18 @@ class Quality:
                 async for rows in self._surveys.fingerprints(key.surveys):
                     for one in rows:
                         write_row(stream, one)
-            return await self._workers.run(made_report, spool, await self._rows.body(key.map_id), floors)
+            made = datetime.fromtimestamp(key.created_ms / 1000.0, UTC).strftime("%Y-%m-%d")
+            title = f"{venue}, radio map version {version} of {made}"
+            return await self._workers.run(made_report, spool, await self._rows.body(key.map_id), floors, title)
 
-    async def _use(self, venue: str, version: int, likeness: dict[str, Any], floors: list[str]) -> dict[str, Any]:
+    async def _use(
+        self, venue: str, version: int, key: VersionKey, likeness: dict[str, Any], floors: list[str]
+    ) -> dict[str, Any]:
         """What the scans of sessions say of the map."""
         learnt = stored_likeness({name: np.array(rows, np.float64) for name, rows in likeness.items()})
         assert learnt is not None  # every report has it
-        return described_drift(await self._map_use.drift(venue, version, learnt, floors), self._map_use.since_ms())
+        since_ms = max(self._map_use.since_ms(), key.created_ms)  # the period may have begun before there was a map
+        return described_drift(await self._map_use.drift(venue, version, learnt, floors), since_ms)
 
     async def _watched(self, venue: str, version: int, strongest: dict[str, list[Any]]) -> dict[str, Any]:
         """How many of the map's access points are no longer relied on, and where each was heard strongest."""

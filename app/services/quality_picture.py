@@ -37,7 +37,7 @@ _STYLE: dict[Any, Any] = {
 }
 
 
-def picture_of(findings: Findings) -> tuple[bytes, dict[str, Any]]:
+def picture_of(findings: Findings, title: str) -> tuple[bytes, dict[str, Any]]:
     """A PNG, a row for each floor; and of each floor where its last panel is, for what is drawn over it later: the
     panel's `pixels` (left, top, right, bottom) and the `frame` that it shows (west, south, east, north, m)."""
     with mpl.rc_context(_STYLE):
@@ -54,7 +54,7 @@ def picture_of(findings: Findings) -> tuple[bytes, dict[str, Any]]:
             for axes in panels.ravel():
                 axes.text(0.5, 0.5, "nothing was surveyed", ha="center", va="center")
                 axes.set_axis_off()
-        figure.suptitle(f"Radio map version {findings.described['version']}", ha="left", x=0.01, weight="bold")
+        figure.suptitle(title, ha="left", x=0.01, weight="bold", parse_math=False)
         written = io.BytesIO()
         figure.savefig(written, format="png", metadata={"Software": None})
         height = figure.bbox.height

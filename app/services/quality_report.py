@@ -93,14 +93,14 @@ class Findings:
     described: dict[str, Any]
 
 
-def made_report(spool: Path, radio_map: bytes, floors: Sequence[ReportFloor]) -> tuple[bytes, bytes]:
+def made_report(spool: Path, radio_map: bytes, floors: Sequence[ReportFloor], title: str) -> tuple[bytes, bytes]:
     """The report as JSON and its picture as PNG, of the fingerprints in a spool and the map that was built of them."""
     from app.services.quality_picture import picture_of  # only the process that draws loads what it takes
 
     with spool.open("rb") as stream:
         fingerprints = [fingerprint_of(row) for row in read_rows(stream)]
     findings = examined(fingerprints, decode_radio_map(radio_map), floors)
-    picture, canvases = picture_of(findings)
+    picture, canvases = picture_of(findings, title)
     described = {**findings.described, "canvases": canvases}
     return orjson.dumps(described, option=orjson.OPT_SERIALIZE_NUMPY), picture
 

@@ -15,10 +15,12 @@ from app.storage.tables import radio_map_reports, radio_maps
 
 @dataclass(frozen=True, slots=True)
 class VersionKey:
-    """What a report of a version is made of. map_id : its key.  surveys : those that it was built of."""
+    """What a report of a version is made of. map_id : its key.  surveys : those that it was built of.
+    created_ms : when it was, server's clock, Unix."""
 
     map_id: int
     surveys: tuple[int, ...]
+    created_ms: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,10 +43,10 @@ class ReportRows:
 
     async def version(self, venue: str, version: int) -> VersionKey | None:
         """A version of a venue; None if there is none."""
-        query = of_version(venue, version, radio_maps.c.id, radio_maps.c.surveys)
+        query = of_version(venue, version, radio_maps.c.id, radio_maps.c.surveys, radio_maps.c.created_ms)
         async with reachable(), self._engine.connect() as connection:
             row = (await connection.execute(query)).one_or_none()
-        return None if row is None else VersionKey(row[0], tuple(row[1]))
+        return None if row is None else VersionKey(row[0], tuple(row[1]), row[2])
 
     async def body(self, map_id: int) -> bytes:
         """The encoded radio map of a version."""

@@ -65,9 +65,10 @@ def client(folder: Path) -> Iterator[TestClient]:
 
 @pytest.fixture(scope="module")
 def made(client: TestClient) -> dict[str, Any]:
-    """The report, once it is made; what was answered on the way is told as `started` and `waiting`."""
+    """The report, once it is made; what was answered on the way is told as `started`, `waiting` and `fetched`."""
     waiting, started = client.get(f"{MAP}/quality.html"), client.get(f"{MAP}/quality")
-    return {**finished(client).json(), "waiting": waiting, "started": started}
+    fetched = client.get(f"{MAP}/quality.html", headers={"Authorization": "Bearer any"})
+    return {**finished(client).json(), "waiting": waiting, "started": started, "fetched": fetched}
 
 
 def surveyed(client: TestClient, venue: str) -> str:
@@ -99,6 +100,12 @@ def test_until_the_report_is_made_its_one_task_is_told(client: TestClient, made:
     assert '<meta http-equiv="refresh"' in waiting.text and waiting.headers["content-type"].startswith("text/html")
     task = client.get(started.json()["task"]).json()
     assert (task["status"], task["problem"]) == ("done", None)
+
+
+def test_who_fetches_the_page_with_a_key_gets_none_that_would_load_itself_again_without_it(
+    made: dict[str, Any],
+) -> None:
+    assert made["fetched"].status_code == 202 and "refresh" not in made["fetched"].text
 
 
 def test_the_report_says_how_good_the_map_is(made: dict[str, Any]) -> None:
@@ -171,6 +178,11 @@ def test_squares_that_use_has_found_changed_are_listed_and_drawn(
     page = client.get(f"{MAP}/quality.html").text
     assert after != before and base64.b64encode(after).decode() in page
     assert again["reason"] in page and "1 of 1 squares" in page
+
+
+def test_use_is_counted_from_no_earlier_than_the_version_was_made(client: TestClient, made: dict[str, Any]) -> None:
+    (version,) = client.get("/v1/venues/mall/radio-maps").json()["radio_maps"]
+    assert made["drift"]["since"] == version["created"]
 
 
 def test_a_version_that_does_not_exist_has_no_report(client: TestClient) -> None:

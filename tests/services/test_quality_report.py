@@ -12,6 +12,7 @@ from PIL import Image
 
 from app.floorplan.georeference import Georeference
 from app.fusion.single_fix import single_fix_levels_m
+from app.services.quality_picture import picture_of
 from app.services.quality_report import MOST_CELLS, RISK, Findings, ReportFloor, examined, made_report
 from app.survey.spool import row_of, write_row
 from app.wifi.beacons import beacon_key
@@ -160,6 +161,14 @@ def test_one_lone_walk_makes_a_report_without_errors() -> None:
     assert (told["access_points"]["median_spread"], told["access_points"]["listed"]) == (None, [])
 
 
+def test_the_picture_has_its_title_above_all_panels_whatever_is_in_it(findings: Findings) -> None:
+    titles = "mall, radio map version 7 of 2026-11-26", "a $title$ of another map"
+    one, other = (np.asarray(Image.open(io.BytesIO(picture_of(findings, title)[0])).convert("L")) for title in titles)
+    assert one.shape == other.shape
+    rows, columns = np.nonzero(one != other)
+    assert 0 < rows.max() < 60 and columns.max() < one.shape[1] / 2
+
+
 @pytest.mark.parametrize("shape", ["bare", "image"])
 def test_the_worker_gives_json_and_a_picture_with_a_row_for_each_floor(tmp_path: Path, shape: str) -> None:
     image = io.BytesIO()
@@ -168,7 +177,7 @@ def test_the_worker_gives_json_and_a_picture_with_a_row_for_each_floor(tmp_path:
     with (tmp_path / "spool").open("wb") as stream:
         for one in survey():
             write_row(stream, row_of(one))
-    report, picture = made_report(tmp_path / "spool", encode_radio_map(build_radio_map(survey(), 7)), floors)
+    report, picture = made_report(tmp_path / "spool", encode_radio_map(build_radio_map(survey(), 7)), floors, "mall")
     told = orjson.loads(report)
     assert told["version"] == 7
     drawn = Image.open(io.BytesIO(picture))

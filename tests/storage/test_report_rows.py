@@ -6,7 +6,7 @@ from sqlalchemy.ext.asyncio import AsyncEngine
 
 from app.storage.report_rows import ReportRow, ReportRows
 from tests.storage.conftest import Run
-from tests.storage.test_watch_list_rows import mapped
+from tests.storage.test_watch_list_rows import NOW_MS, mapped
 
 REPORT = ReportRow(b'{"version":2}', b"\x89PNG", 1_700_000_000_000)
 
@@ -16,7 +16,7 @@ def test_a_report_is_stored_with_its_version_and_no_other_has_it(run: Run) -> No
         await mapped(engine)
         rows = ReportRows(engine)
         key = await rows.version("mall", 2)
-        assert key is not None and key.surveys == ()
+        assert key is not None and (key.surveys, key.created_ms) == ((), NOW_MS)
         assert await rows.body(key.map_id) == b"map"
         assert await rows.read("mall", 2) is None
         assert await rows.add(key.map_id, REPORT)
