@@ -49,9 +49,7 @@ class Geosubmission:
         findings = SurveyFindings({}, Counter(one.floor for one in fingerprints))
         with tempfile.TemporaryDirectory(prefix="surefix-geosubmit-") as folder:
             spool = Path(folder) / "fingerprints"
-            with spool.open("wb") as stream:
-                for fingerprint in fingerprints:
-                    write_row(stream, row_of(fingerprint))
+            await asyncio.to_thread(_write, spool, fingerprints)
             await self._surveys.land(venue_id, floor_ids, SurveyFormat.GEOSUBMIT, findings, spool, publish=False)
 
 
@@ -60,6 +58,12 @@ def _by_venue(reports: Sequence[Any], floors: Sequence[PlacedFloor], now_ms: int
     for venue, fingerprint in placed_reports(reports, floors, now_ms):
         by_venue.setdefault(venue, []).append(fingerprint)
     return by_venue
+
+
+def _write(spool: Path, fingerprints: Sequence[Fingerprint]) -> None:
+    with spool.open("wb") as stream:
+        for fingerprint in fingerprints:
+            write_row(stream, row_of(fingerprint))
 
 
 def _placed(row: FloorRow) -> PlacedFloor | None:

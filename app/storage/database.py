@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from typing import Any
@@ -17,7 +18,13 @@ from app.errors import DependencyDown, InvalidInput
 BUSY_S = 5.0
 """How long a SQLite writer waits for another before the caller is told to come back."""
 FORMS = "the database is sqlite:///path or postgresql://user:password@host/name"
+ANSWER_S = 10.0
+"""How long a request waits for a database that is there and says nothing; its driver takes as long to let go."""
+LONG_S = 900.0
+"""The same of what may take its time: whole surveys, whole maps, and erasing what has expired."""
 POOL_SIZE = 8
+POOL_WAIT_S = 5.0
+"""For one of them to be free: with a database that says nothing all of them wait."""
 POSTGRESQL_CONNECT_S = 3
 SQLITE_PRAGMAS = (
     "journal_mode = WAL",
@@ -69,7 +76,11 @@ def connect(url: str) -> AsyncEngine:
         event.listen(engine.sync_engine, "connect", prepare_sqlite)
         return engine
     return create_async_engine(
-        parsed, pool_pre_ping=True, pool_size=POOL_SIZE, connect_args={"connect_timeout": POSTGRESQL_CONNECT_S}
+        parsed,
+        pool_pre_ping=True,
+        pool_size=POOL_SIZE,
+        pool_timeout=POOL_WAIT_S,
+        connect_args={"connect_timeout": POSTGRESQL_CONNECT_S},
     )
 
 
@@ -92,11 +103,13 @@ def why_unreachable(url: URL, error: BaseException) -> str:
 
 
 @asynccontextmanager
-async def reachable() -> AsyncIterator[None]:
-    """Turns what a lost or locked database raises into DependencyDown; the transaction inside has been rolled back."""
+async def reachable(within_s: float = ANSWER_S) -> AsyncIterator[None]:
+    """Turns what a lost, locked or silent database raises into DependencyDown; the transaction inside has been rolled
+    back. within_s : what is inside has an answer by then, or is given up."""
     try:
-        yield
-    except (OperationalError, InterfaceError, PoolTimeout, OSError) as error:
+        async with asyncio.timeout(within_s):
+            yield
+    except (OperationalError, InterfaceError, PoolTimeout, OSError, TimeoutError) as error:
         raise DependencyDown(f"the database cannot be reached: {type(error).__name__}") from error
     except DBAPIError as error:
         if not error.connection_invalidated:

@@ -11,7 +11,7 @@ from sqlalchemy.dialects.postgresql import insert as insert_postgresql
 from sqlalchemy.dialects.sqlite import insert as insert_sqlite
 from sqlalchemy.ext.asyncio import AsyncConnection, AsyncEngine
 
-from app.storage.database import reachable
+from app.storage.database import LONG_S, reachable
 from app.storage.radio_map_rows import of_version
 from app.storage.tables import map_use, radio_maps
 
@@ -90,7 +90,7 @@ class MapUseRows:
 
     async def forget(self, before: int) -> None:
         """Drop the periods before one."""
-        async with reachable(), self._engine.begin() as connection:
+        async with reachable(LONG_S), self._engine.begin() as connection:
             await connection.execute(delete(map_use).where(map_use.c.period < before))
 
 

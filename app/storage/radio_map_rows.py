@@ -9,7 +9,7 @@ from typing import Any
 from sqlalchemy import ColumnElement, Select, and_, bindparam, func, insert, select, update
 from sqlalchemy.ext.asyncio import AsyncConnection, AsyncEngine
 
-from app.storage.database import reachable
+from app.storage.database import LONG_S, reachable
 from app.storage.tables import radio_maps, surveys, venues, watched_access_points
 
 
@@ -95,14 +95,14 @@ class RadioMapRows:
 
     async def add(self, venue_id: int, built: BuiltMap, now_ms: int) -> None:
         """Store a version. Raises OutdatedError, having changed nothing, if it must be built again."""
-        async with reachable(), self._engine.begin() as connection:
+        async with reachable(LONG_S), self._engine.begin() as connection:
             await lock_venue(connection, venue_id)
             await insert_version(connection, venue_id, built, now_ms)
 
     async def activate(self, venue_id: int, version: int) -> bool:
         """Make a version the active one; False if there is none of that number."""
         found = select(radio_maps.c.id).where(radio_maps.c.venue_id == venue_id, radio_maps.c.version == version)
-        async with reachable(), self._engine.begin() as connection:
+        async with reachable(LONG_S), self._engine.begin() as connection:
             await lock_venue(connection, venue_id)
             if await connection.scalar(found) is None:
                 return False

@@ -8,7 +8,7 @@ from sqlalchemy import insert, select
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.ext.asyncio import AsyncEngine
 
-from app.storage.database import reachable
+from app.storage.database import LONG_S, reachable
 from app.storage.radio_map_rows import of_version
 from app.storage.tables import radio_map_reports, radio_maps
 
@@ -73,7 +73,7 @@ class ReportRows:
             "created_ms": report.created_ms,
         }
         try:
-            async with reachable(), self._engine.begin() as connection:
+            async with reachable(LONG_S), self._engine.begin() as connection:
                 await connection.execute(insert(radio_map_reports).values(values))
         except IntegrityError:
             return False

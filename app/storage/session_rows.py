@@ -9,7 +9,7 @@ from typing import Any
 from sqlalchemy import Select, and_, bindparam, case, delete, insert, select, update
 from sqlalchemy.ext.asyncio import AsyncEngine
 
-from app.storage.database import reachable
+from app.storage.database import LONG_S, reachable
 from app.storage.outbox_rows import Alert, post_alert
 from app.storage.tables import fixes, sessions, venues
 
@@ -158,7 +158,7 @@ class SessionRows:
 
     async def erase(self, session: str) -> bool:
         """Remove a session with everything it has left; False if there is none."""
-        async with reachable(), self._engine.begin() as connection:
+        async with reachable(LONG_S), self._engine.begin() as connection:
             await connection.execute(delete(fixes).where(fixes.c.session == session))
             return (await connection.execute(delete(sessions).where(sessions.c.session == session))).rowcount == 1
 
@@ -174,7 +174,7 @@ class SessionRows:
         How many sessions were emptied.
         """
         over = select(sessions.c.session).where(sessions.c.expires_ms < now_ms)
-        async with reachable(), self._engine.begin() as connection:
+        async with reachable(LONG_S), self._engine.begin() as connection:
             await connection.execute(delete(fixes).where(fixes.c.session.in_(over)))
             emptied = await connection.execute(
                 update(sessions)

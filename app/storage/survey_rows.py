@@ -10,7 +10,7 @@ from typing import Any
 from sqlalchemy import insert, select
 from sqlalchemy.ext.asyncio import AsyncEngine
 
-from app.storage.database import reachable
+from app.storage.database import LONG_S, reachable
 from app.storage.radio_map_rows import BuiltMap, insert_version, lock_venue
 from app.storage.tables import fingerprints, floors, surveys
 from app.survey.spool import Row
@@ -73,7 +73,7 @@ class SurveyRows:
             "created_ms": survey.created_ms,
         }
         remaining = iter(rows)
-        async with reachable(), self._engine.begin() as connection:
+        async with reachable(LONG_S), self._engine.begin() as connection:
             if built is not None:
                 await lock_venue(connection, venue_id)
             key = await connection.scalar(insert(surveys).values(values).returning(surveys.c.id))

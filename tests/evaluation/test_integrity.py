@@ -34,11 +34,6 @@ def test_usable_at_another_limit_follows_from_the_level_and_the_flag() -> None:
     assert not usable_at(answer(None), 20.0)
 
 
-def test_what_was_withheld_for_another_reason_is_not_usable_at_a_smaller_limit_either() -> None:
-    withheld = answer(protection_level_m=5.0, usable=False, alert_limit_m=20.0)
-    assert not any(usable_at(withheld, limit_m) for limit_m in (10.0, 15.0, 20.0))
-
-
 def test_each_figure_counts_what_its_name_says() -> None:
     found = integrity(ANSWERS)
     assert found.walks == 3

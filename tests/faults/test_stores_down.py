@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+import time
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Any
 import pytest
 
 from tests.api.phone_service import PhoneService, phone_service
+from tests.postgresql_process import PostgresqlProcess
 from tests.redis_process import RedisProcess
 
 T0 = 1_573_190_000_000
@@ -104,3 +106,21 @@ def test_while_the_database_is_gone_every_request_says_so(tmp_path: Path, databa
         assert down(service.client.post("/v1/sessions", json={"venue": "mall", "method": "odometer"}))
         folder.rename(tmp_path)
         assert walked(service, session, range(2, 3))[0]["position"]["x"] == 3.0
+
+
+def test_while_postgresql_is_there_but_silent_requests_are_refused_and_then_the_walk_goes_on() -> None:
+    server = PostgresqlProcess()
+    server.start()
+    try:
+        with phone_service(server.new_database()) as service:
+            session = service.open()
+            walked(service, session, range(2))
+            server.freeze()
+            began_s = time.monotonic()
+            assert down(service.send(session, batch(2)))
+            assert down(service.client.get(f"/v1/sessions/{session}/fix"))
+            assert time.monotonic() - began_s < 60.0
+            server.thaw()
+            assert walked(service, session, range(2, 4))[1]["position"]["x"] == 4.0
+    finally:
+        server.remove()
