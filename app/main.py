@@ -38,6 +38,7 @@ from app.fusion.warm_up import warm_up
 from app.services.access import Access, Scope, is_loopback
 from app.services.geolocation import Geolocation
 from app.services.geosubmission import Geosubmission
+from app.services.left_behind import remove_left_behind
 from app.services.map_use import MapUse
 from app.services.phones import Phones
 from app.services.quality import Quality
@@ -106,7 +107,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     geolocation = Geolocation(venue_rows, sites)
     news = SessionNews(session_rows, tracking.announcements, server_ms)
     delivery = WebhookDelivery(OutboxRows(engine), tracking.announcements, server_ms)
-    forgetting = tracking.purge, watch_lists.forget, map_use.forget
+    forgetting = tracking.purge, watch_lists.forget, map_use.forget, remove_left_behind
     loopback = is_loopback(settings.host)
     app = FastAPI(
         title="Surefix",
