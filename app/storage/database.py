@@ -109,7 +109,7 @@ async def reachable(within_s: float = ANSWER_S) -> AsyncIterator[None]:
     try:
         async with asyncio.timeout(within_s):
             yield
-    except (OperationalError, InterfaceError, PoolTimeout, OSError, TimeoutError) as error:
+    except (OperationalError, InterfaceError, PoolTimeout, OSError) as error:  # asyncio's TimeoutError is an OSError
         raise DependencyDown(f"the database cannot be reached: {type(error).__name__}") from error
     except DBAPIError as error:
         if not error.connection_invalidated:
