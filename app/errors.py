@@ -9,8 +9,8 @@ SurefixError
 ├── Conflict                the request contradicts what is stored (older sequence, duplicate venue)
 ├── NotAllowed
 │   ├── Unauthenticated     no key, or an unknown one
-│   └── Forbidden           a valid key without the scope
-│       └── NotLocal        without keys: a request that is not this machine's own
+│   ├── Forbidden           a valid key without the scope
+│   └── NotLocal            without keys: a request that is not this machine's own
 └── DependencyDown          database or session store unreachable; try again later
 """
 
@@ -67,7 +67,7 @@ class Forbidden(NotAllowed):
     """The API key is valid but lacks the scope."""
 
 
-class NotLocal(Forbidden):
+class NotLocal(NotAllowed):
     """No key is needed of this machine, and the request is of another, or of a web page of another."""
 
 

@@ -105,7 +105,7 @@ async def _answer_error(request: Request, error: Exception) -> Response:
             members = _place(field, _is_of_body(request, field))
         case Unauthenticated():
             headers = {"WWW-Authenticate": 'Bearer realm="surefix"'}
-        case Forbidden() if not isinstance(error, NotLocal):  # there is no key whose scope would do
+        case Forbidden():
             headers = {"WWW-Authenticate": 'Bearer realm="surefix", error="insufficient_scope"'}
         case DependencyDown(retry_after_s=seconds):
             headers = {"Retry-After": str(seconds)}

@@ -16,6 +16,7 @@ from app.api.survey_body import REQUEST, ReceiptBody, receipt_body
 from app.api.tasks import StartedBody, started
 from app.api.upload_body import drain, receive_upload
 from app.errors import SurefixError
+from app.services.left_behind import ShortLived
 from app.services.surveys import Surveys
 from app.services.tasks import Tasks
 from app.survey.admission import named_floor
@@ -59,7 +60,7 @@ def surveys_router(
         What cannot be used is rejected one by one with its reason and the rest lands, in one transaction. A survey of
         which nothing can be used is 422 with the first reasons, and nothing lands.
         """
-        folder = Path(tempfile.mkdtemp(prefix="surefix-upload-"))
+        folder = Path(tempfile.mkdtemp(prefix=ShortLived.UPLOAD))
         handed_over = False
         try:
             upload = await _received(request, service, venue, folder, floor, limit_bytes)

@@ -22,7 +22,7 @@ from app.fusion.dual_settings import DualSettings
 from app.fusion.fix_assembly import Phases, Walker, fix_at, no_fix
 from app.fusion.floor_choice import chosen_floor, floor_before
 from app.fusion.heading_search import HeadingSearch, begun_at, found, walked
-from app.fusion.integrity_measuring import BY_WIFI, measure, phases_of
+from app.fusion.integrity_measuring import measure_fix, phases_of
 from app.fusion.interface import Method, SessionStart, Site
 from app.fusion.state_codec import storable
 from app.fusion.walking_track import Track, aged, ahead_m, begun, begun_at_prior, headed, place, scale_of
@@ -159,11 +159,8 @@ def _scanned(
         return replace(state, track=track, search=HeadingSearch(), streak=0, phases=Phases())
 
     track = replace(state.track, bias_variance_m2=bias_m2)
-    # a filter that does not learn the lasting error takes it for noise
-    taken = noise if settings.track.learning else noise + bias_m2 * np.eye(2)
-    tested, check = measure(
-        track, "wifi", scan.time_s, BY_WIFI, match.xy_m, taken, track.mean[:3], ahead_m(track, moved), settings
-    )
+    forward_m = ahead_m(track, moved)
+    tested, check = measure_fix(track, scan.time_s, match.xy_m, noise, bias_m2, forward_m, settings)
     findings.checks.append(check)
     findings.evidence.append(replace(heard, fits=not tested.if2))
     streak = streak_after(state.streak, tested.if2)

@@ -61,6 +61,27 @@ def measure(
     return tested, check
 
 
+def measure_fix(
+    track: Track,
+    time_s: float,
+    xy_m: FloatArray,
+    noise: FloatArray,
+    bias_m2: float,
+    forward_m: float,
+    settings: Measuring,
+) -> tuple[Monitored, InnovationCheck]:
+    """Test and fuse the place (2,) of a WiFi scan.
+
+    Parameters
+    ----------
+    noise, bias_m2 : (2, 2) of the fix alone, and the variance of its lasting error in each direction.
+    forward_m : as of measure.
+    """
+    if not settings.track.learning:  # a filter that does not learn the lasting error takes it for noise
+        noise = noise + bias_m2 * np.eye(2)
+    return measure(track, "wifi", time_s, BY_WIFI, xy_m, noise, track.mean[:3], forward_m, settings)
+
+
 def after_step(
     track: Track, step: Step, turns: bool, settings: IntegritySettings, checks: list[InnovationCheck]
 ) -> Track:

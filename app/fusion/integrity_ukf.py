@@ -19,7 +19,7 @@ from app.fusion.batch_events import Event, knows_turns
 from app.fusion.fix_assembly import Phases, Walker, fix_at, no_fix
 from app.fusion.floor_choice import chosen_floor, floor_before
 from app.fusion.heading_search import HeadingSearch, begun_at, found, walked
-from app.fusion.integrity_measuring import BY_WIFI, after_step, measure, noise_of, phases_of
+from app.fusion.integrity_measuring import after_step, measure_fix, noise_of, phases_of
 from app.fusion.integrity_settings import IntegritySettings
 from app.fusion.interface import Method, SessionStart, Site
 from app.fusion.scan_matching import match_scan
@@ -128,11 +128,8 @@ def _scanned(
         return replace(state, track=track, search=HeadingSearch(), streak=0, apart_m=None, phases=Phases())
 
     track = replace(state.track, bias_variance_m2=bias_m2)
-    # a filter that does not learn the lasting error takes it for noise
-    taken = noise if settings.track.learning else noise + bias_m2 * np.eye(2)
-    tested, check = measure(
-        track, "wifi", scan.time_s, BY_WIFI, match.xy_m, taken, track.mean[:3], ahead_m(track, moved), settings
-    )
+    forward_m = ahead_m(track, moved)
+    tested, check = measure_fix(track, scan.time_s, match.xy_m, noise, bias_m2, forward_m, settings)
     findings.checks.append(check)
     findings.evidence.append(replace(heard, fits=not tested.if2))
     streak = streak_after(state.streak, tested.if2)

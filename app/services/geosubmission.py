@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from app.services.left_behind import ShortLived
 from app.services.surveys import Surveys
 from app.services.venues import floor_extent
 from app.storage.venue_rows import FloorRow, VenueRows
@@ -47,7 +48,7 @@ class Geosubmission:
     async def _land(self, venue: str, fingerprints: Sequence[Fingerprint]) -> None:
         venue_id, floor_ids, _ = await self._surveys.floors(venue)
         findings = SurveyFindings({}, Counter(one.floor for one in fingerprints))
-        with tempfile.TemporaryDirectory(prefix="surefix-geosubmit-") as folder:
+        with tempfile.TemporaryDirectory(prefix=ShortLived.GEOSUBMIT) as folder:
             spool = Path(folder) / "fingerprints"
             await asyncio.to_thread(_write, spool, fingerprints)
             await self._surveys.land(venue_id, floor_ids, SurveyFormat.GEOSUBMIT, findings, spool, publish=False)

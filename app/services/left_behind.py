@@ -8,13 +8,22 @@ import logging
 import shutil
 import tempfile
 import time
+from enum import StrEnum
 from pathlib import Path
 
-PREFIXES = tuple(f"surefix-{work}-" for work in ("upload", "survey", "map", "quality", "geosubmit"))
-"""Of folders that live as long as one request or task."""
 ABANDONED_S = 86_400.0
 """No request or task takes so long."""
 _log = logging.getLogger(__name__)
+
+
+class ShortLived(StrEnum):
+    """How the names of folders begin that live as long as one request or task."""
+
+    UPLOAD = "surefix-upload-"
+    SURVEY = "surefix-survey-"
+    MAP = "surefix-map-"
+    QUALITY = "surefix-quality-"
+    GEOSUBMIT = "surefix-geosubmit-"
 
 
 async def remove_left_behind() -> None:
@@ -25,7 +34,7 @@ async def remove_left_behind() -> None:
 def _remove(folder: Path, before_s: float) -> None:
     for one in folder.iterdir():
         try:
-            if one.name.startswith(PREFIXES) and one.is_dir() and one.stat().st_mtime < before_s:
+            if one.name.startswith(tuple(ShortLived)) and one.is_dir() and one.stat().st_mtime < before_s:
                 shutil.rmtree(one)
                 _log.warning("removed %s, which a process that was ended has left behind", one.name)
         except OSError as error:  # of somebody else, or another worker was faster

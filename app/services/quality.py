@@ -15,6 +15,7 @@ import orjson
 
 from app.errors import DependencyDown, SurefixError
 from app.services.identifiers import is_identifier, no_version
+from app.services.left_behind import ShortLived
 from app.services.map_drift import described_drift
 from app.services.map_use import MapUse
 from app.services.quality_report import ReportFloor, made_report
@@ -113,7 +114,6 @@ class Quality:
         try:
             report, picture = await self._made(venue, version, key)
             await self._rows.add(key.map_id, ReportRow(report, picture, self._now_ms()))
-            self._failed_ms.pop(key.map_id, None)
         except DependencyDown:
             raise
         except Exception:
@@ -129,7 +129,7 @@ class Quality:
             plan = await self._venues.plan(venue, row.floor) if row.has_plan else None
             image = await self._venues.image(venue, row.floor) if row.has_image else None
             floors.append(ReportFloor(row.floor, row.width_m, row.height_m, row.georeference, plan, image))
-        with tempfile.TemporaryDirectory(prefix="surefix-quality-") as folder:
+        with tempfile.TemporaryDirectory(prefix=ShortLived.QUALITY) as folder:
             spool = Path(folder) / "fingerprints"
             with spool.open("wb") as stream:
                 async for rows in self._surveys.fingerprints(key.surveys):

@@ -10,6 +10,7 @@ from typing import Any
 
 from app.errors import Conflict, InvalidInput
 from app.services.identifiers import no_version
+from app.services.left_behind import ShortLived
 from app.services.venues import Venues
 from app.services.worker_processes import WorkerProcesses
 from app.storage.radio_map_rows import BuiltMap, OutdatedError, RadioMapRows, VersionRow
@@ -103,7 +104,7 @@ class RadioMaps:
         complete : `surveys` are all there are.  addition : spool of a survey that is not stored yet.
         """
         version = await self._rows.newest(venue_id) + 1
-        with tempfile.TemporaryDirectory(prefix="surefix-map-") as folder:
+        with tempfile.TemporaryDirectory(prefix=ShortLived.MAP) as folder:
             spools = []
             for survey in surveys:
                 spools.append(Path(folder) / str(survey))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from app.errors import Conflict
+from app.services.left_behind import ShortLived
 from app.services.radio_maps import ATTEMPTS, RadioMaps
 from app.services.venues import Venues, floor_extent
 from app.services.worker_processes import WorkerProcesses
@@ -77,7 +78,7 @@ class Surveys:
         Conflict : others kept publishing meanwhile.
         """
         venue_id, floor_ids, extents = await self.floors(venue)
-        with tempfile.TemporaryDirectory(prefix="surefix-survey-") as folder:
+        with tempfile.TemporaryDirectory(prefix=ShortLived.SURVEY) as folder:
             spool = Path(folder) / "fingerprints"
             findings = await self._workers.run(read_upload, upload, extents, spool)
             return await self.land(venue_id, floor_ids, upload.format, findings, spool, publish)

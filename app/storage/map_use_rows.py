@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
-from sqlalchemy import Insert, delete, func
-from sqlalchemy.dialects.postgresql import insert as insert_postgresql
-from sqlalchemy.dialects.sqlite import insert as insert_sqlite
-from sqlalchemy.ext.asyncio import AsyncConnection, AsyncEngine
+from sqlalchemy import delete, func
+from sqlalchemy.ext.asyncio import AsyncEngine
 
 from app.storage.database import LONG_S, reachable
 from app.storage.radio_map_rows import of_version
 from app.storage.tables import map_use, radio_maps
+from app.storage.upsert import upsert
 
 _ADDED = "scans", "unfit", "visits", "total", "total_square"
 _KEYS = "radio_map_id", "floor", "east", "north", "period"
@@ -71,13 +71,16 @@ class MapUseRows:
     async def add(self, used: Mapping[tuple[str, int], Mapping[UsedSquare, UseRow]]) -> None:
         """Add to what is there. used : by venue and version; what is of versions that are gone is dropped."""
         async with reachable(), self._engine.begin() as connection:
+            # of two values max() is SQLite's greatest()
+            greatest = func.max if connection.dialect.name == "sqlite" else func.greatest
+            adding = upsert(connection, map_use, _KEYS, partial(_changes, greatest=greatest))
             for (venue, version), squares in sorted(used.items()):
                 map_id = await connection.scalar(of_version(venue, version, radio_maps.c.id))
                 if map_id is None:
                     continue
                 # always in the same order: workers that add to the same squares wait for each other in no circle
                 for square, row in sorted(squares.items(), key=lambda pair: _order(pair[0])):
-                    await connection.execute(_upsert(connection, map_id, square, row))
+                    await connection.execute(adding, _values(map_id, square, row))
 
     async def read(self, venue: str, version: int, since: int) -> dict[UsedSquare, UseRow]:
         """What is known of a version from a period on; nothing also where there is no such version."""
@@ -98,17 +101,10 @@ def _order(square: UsedSquare) -> tuple[str, int, int, int]:
     return square.floor, square.east, square.north, square.period
 
 
-def _upsert(connection: AsyncConnection, map_id: int, square: UsedSquare, row: UseRow) -> Insert:
+def _values(map_id: int, square: UsedSquare, row: UseRow) -> dict[str, Any]:
     values: dict[str, Any] = {"radio_map_id": map_id}
     values |= {name: getattr(square, name) for name in _KEYS[1:]}
-    values |= {name: getattr(row, name) for name in (*_ADDED, "session_bits", "last_ms")}
-    if connection.dialect.name == "sqlite":
-        of_sqlite = insert_sqlite(map_use).values(values)
-        # of two values max() is SQLite's greatest()
-        return of_sqlite.on_conflict_do_update(index_elements=_KEYS, set_=_changes(of_sqlite.excluded, func.max))
-    of_postgresql = insert_postgresql(map_use).values(values)
-    changes = _changes(of_postgresql.excluded, func.greatest)
-    return of_postgresql.on_conflict_do_update(index_elements=_KEYS, set_=changes)
+    return values | {name: getattr(row, name) for name in (*_ADDED, "session_bits", "last_ms")}
 
 
 def _changes(excluded: Any, greatest: Any) -> dict[str, Any]:

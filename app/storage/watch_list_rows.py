@@ -6,12 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import Select, and_, bindparam, delete, func, insert, select, update
+from sqlalchemy import Select, and_, delete, func, insert, select, update
 from sqlalchemy.ext.asyncio import AsyncConnection, AsyncEngine
 
 from app.storage.database import reachable
 from app.storage.radio_map_rows import lock_venue, of_version
 from app.storage.tables import radio_maps, venues, watch_confirmations, watch_evidence, watched_access_points
+from app.storage.upsert import upsert
 
 _LIST, _TOLD = watched_access_points, watch_confirmations
 HOUR_MS = 3_600_000
@@ -145,21 +146,19 @@ class WatchListRows:
 
     async def confirm(self, venue: str, version: int, sessions: Mapping[int, int], now_ms: int) -> None:
         """Note that sessions have heard access points as they were surveyed. sessions : how many, by bssid."""
-        hour = now_ms // HOUR_MS
         async with reachable(), self._engine.begin() as connection:
             found = await _locked(connection, venue, version)
             if found is None or not sessions:
                 return
-            here = _TOLD.c.radio_map_id == found[1], _TOLD.c.hour == hour
-            known = set(await connection.scalars(select(_TOLD.c.bssid).where(*here)))
-            values = [{"at": bssid, "more": count} for bssid, count in sessions.items() if bssid in known]
-            if values:
-                added = update(_TOLD).where(*here, _TOLD.c.bssid == bindparam("at"))
-                await connection.execute(added.values(sessions=_TOLD.c.sessions + bindparam("more")), values)
-            new = {"radio_map_id": found[1], "hour": hour}
-            values = [new | {"bssid": one, "sessions": count} for one, count in sessions.items() if one not in known]
-            if values:
-                await connection.execute(insert(_TOLD), values)
+            adding = upsert(
+                connection,
+                _TOLD,
+                ("radio_map_id", "bssid", "hour"),
+                lambda excluded: {"sessions": _TOLD.c.sessions + excluded.sessions},
+            )
+            here = {"radio_map_id": found[1], "hour": now_ms // HOUR_MS}
+            rows = [here | {"bssid": bssid, "sessions": count} for bssid, count in sessions.items()]
+            await connection.execute(adding, rows)
 
     async def forget_evidence(self, before_ms: int) -> None:
         """Drop what sessions said before a time."""
