@@ -17,7 +17,8 @@ from app.fusion.state_codec import storable
 class HypothesisSettings:
     """contradicts : squared Mahalanobis distance of a fix from a track beyond which it speaks against it. On 165
     clean mall walks (folds 1-4) one scan in a thousand exceeds 12, and no two in a row exceed 6.
-    fault_after : contradictions in a row that are a fault.
+    fault_after, enough_against : contradictions in a row that are a fault if their squared distances add up to so much.
+    surely_after : those that are one whatever they add up to.
     back_after : scans in a row that bear the first track out again and end the fault.
     moved_after, moved_m : scans, and metres of steps, that must bear the rival out and not the first before answers
     are given from it. They are no use yet: the radio of somebody else's walk fits one's own for as long by chance.
@@ -30,6 +31,8 @@ class HypothesisSettings:
 
     contradicts: float = 12.0
     fault_after: int = 2
+    enough_against: float = 60.0
+    surely_after: int = 4
     back_after: int = 2
     here_m: float = 6.0
     unlike_here: float = 0.15
@@ -39,12 +42,17 @@ class HypothesisSettings:
     settled_m: float = 45.0
     prior_after: int = 2
 
+    def are_fault(self, contradictions: int, against: float) -> bool:
+        """Whether so many contradictions in a row, whose squared distances add up to this, are a fault."""
+        return contradictions >= (self.fault_after if against >= self.enough_against else self.surely_after)
+
     def beside_a_prior(self) -> HypothesisSettings:
         """For a first track that nothing but the phone's own word speaks for: it is given up as soon as it is a fault,
         and the scans' place is settled after as many scans as else make a rival answer, walked or not: the word does
         not bind."""
         return replace(
             self,
+            enough_against=0.0,
             moved_after=self.prior_after,
             moved_m=0.0,
             settled_after=self.moved_after,
@@ -58,7 +66,8 @@ class Rivalry:
     """The rival and its record.
 
     witness_s : the newest scan that counts.
-    contradictions : scans in a row that speak against the first track.  fault : whether the phone has been warned.
+    contradictions, against : scans in a row that speak against the first track, and the sum of their squared distances.
+    fault : whether the phone has been warned.
     for_first : scans in a row that bear out the first track.  for_rival : those that bear out the rival alone.
     walked_m : steps since the rival began.
     taken_over : whether what answers now was the rival, and the rival is the account it took over from.
@@ -67,6 +76,7 @@ class Rivalry:
     rival: Cloud
     witness_s: float
     contradictions: int = 1
+    against: float = 0.0
     fault: bool = False
     for_first: int = 0
     for_rival: int = 1
@@ -76,6 +86,7 @@ class Rivalry:
 
 def judged(
     rivalry: Rivalry,
+    statistic: float,
     first_fits: bool,
     rival_fits: bool,
     time_s: float,
@@ -85,14 +96,18 @@ def judged(
     """The record after one more scan, at this time. One that only repeats what the record counts is not to be judged:
     it is no second witness.
 
+    statistic : its squared distance from the first track.
     explained : it sounds like where the first track is as well, so that it contradicts it no more than it bears it out.
     """
-    contradictions = 0 if first_fits else rivalry.contradictions + (not explained)
+    counted = not first_fits and not explained
+    contradictions = 0 if first_fits else rivalry.contradictions + counted
+    against = 0.0 if first_fits else rivalry.against + (statistic if counted else 0.0)
     return replace(
         rivalry,
         witness_s=time_s,
         contradictions=contradictions,
-        fault=rivalry.fault or contradictions >= settings.fault_after,
+        against=against,
+        fault=rivalry.fault or settings.are_fault(contradictions, against),
         for_first=rivalry.for_first + 1 if first_fits else 0,
         for_rival=rivalry.for_rival + 1 if rival_fits and not first_fits else rivalry.for_rival if rival_fits else 0,
     )
@@ -119,6 +134,7 @@ def exchanged(rivalry: Rivalry, first: Cloud) -> Rivalry:
         rival=first,
         fault=True,
         contradictions=0,
+        against=0.0,
         for_first=rivalry.for_rival,
         for_rival=0,
         taken_over=not rivalry.taken_over,

@@ -191,11 +191,12 @@ def _judged(
             return replace(state, track=track, prior_only=False, phases=phases_of(first, int(first.corrected), 0, 0))
         rival = beginning(fix, state.time_s, space, settings, state.track)
         contradictions = int(not explained)
-        rivalry = Rivalry(rival, scan.time_s, contradictions, fault=contradictions >= limits.fault_after)
+        against = 0.0 if explained else first.statistic
+        rivalry = Rivalry(rival, scan.time_s, contradictions, against, limits.are_fault(contradictions, against))
         return replace(state, rivalry=rivalry, phases=phases_of(first, 1, 1, int(rivalry.fault)))
     other = tested(rivalry.rival, fix, moved, space, settings)
     if state.prior_only or is_news(scan, rivalry.witness_s):
-        rivalry = judged(rivalry, first.fits, other.fits, scan.time_s, limits, explained)
+        rivalry = judged(rivalry, first.statistic, first.fits, other.fits, scan.time_s, limits, explained)
     rivalry = replace(rivalry, rival=other.fused)
     if not other.fits and not first.fits and not rivalry.taken_over:
         # unlike both: if anywhere, the walker is at a third place
