@@ -44,7 +44,11 @@ class UnsupportedMedia(InvalidInput):
 
 
 class NotFound(SurefixError):
-    """The identifier names nothing that exists."""
+    """The identifier names nothing that exists. field : as of InvalidInput; empty for one that is in the path."""
+
+    def __init__(self, message: str, field: str = "") -> None:
+        super().__init__(message)
+        self.field = field
 
 
 class Expired(SurefixError):

@@ -89,7 +89,7 @@ def problem_document(error: Exception) -> dict[str, Any]:
     problem = problem_of(error) if isinstance(error, SurefixError) else DEFECT
     if problem is DEFECT:
         return _members(DEFECT, DEFECT_DETAIL, {})
-    field = error.field if isinstance(error, InvalidInput) else ""
+    field = error.field if isinstance(error, InvalidInput | NotFound) else ""
     return _members(problem, str(error), _place(field, in_body=True) if field else {})
 
 
@@ -101,7 +101,7 @@ async def _answer_error(request: Request, error: Exception) -> Response:
     members: dict[str, Any] = {}
     headers: dict[str, str] = {}
     match error:
-        case InvalidInput(field=field) if field:
+        case InvalidInput(field=field) | NotFound(field=field) if field:
             members = _place(field, _is_of_body(request, field))
         case Unauthenticated():
             headers = {"WWW-Authenticate": 'Bearer realm="surefix"'}

@@ -54,7 +54,9 @@ def sessions_router(tracking: Callable[..., Any], position: Callable[..., Any], 
         openapi_extra=request_body(SessionBody, example=examples.SESSION),
     )
     async def open_session(request: Request, service: Tracking = Depends(tracking)) -> OpenedBody:
-        """`floor` is a hint and `start` a prior of 5 m; neither binds. The session's id is a secret of its phone."""
+        """`floor` is a hint and `start` a prior of 5 m; neither binds, but an unknown floor is 404, as an unknown venue
+        is. The session's id is a secret of its phone.
+        """
         body = parse_session(await read_json(request, SESSION_LIMIT_BYTES))
         opened = await service.open(body.venue, body.method, body.session_start(), body.device_names())
         return OpenedBody(

@@ -3,7 +3,7 @@
 Each report is matched to the floor whose georeferenced frame contains it. The format has no floor; where frames lie
 above one another the ground floor counts (level 0, else the nearest to it), unless the report's position has a member
 `floor` that names another of them, which the format's other readers ignore. Where frames of several venues contain it,
-it has no place.
+or where it names a floor that is none of them, it has no place.
 """
 
 from __future__ import annotations
@@ -78,8 +78,9 @@ def _floor_of(position: dict[str, Any], floors: Sequence[PlacedFloor]) -> tuple[
             inside.append((floor, *checked_place(*place, floor.extent)))
         except ValueError:  # not this one
             continue
-    named = [one for one in inside if one[0].extent.floor == position.get("floor")]
-    nearest = sorted(named or inside, key=lambda one: (abs(one[0].level), -one[0].level))
+    said = position.get("floor")
+    named = [one for one in inside if one[0].extent.floor == said] if said else inside
+    nearest = sorted(named, key=lambda one: (abs(one[0].level), -one[0].level))
     if not nearest or len({one[0].venue for one in inside}) > 1:
         raise ValueError("no floor, or floors of several venues, hold the position")
     return nearest[0]

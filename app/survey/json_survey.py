@@ -43,7 +43,8 @@ def read_json(
 
     Raises
     ------
-    InvalidInput : no JSON, not an object, an unknown key, no known floor, a device that is none.
+    InvalidInput : no JSON, not an object, an unknown key, no floor, a device that is none.
+    NotFound : the venue has no floor of that name.
     """
     surroundings = _surroundings(first)
     extent = named_floor(floors, surroundings.floor)

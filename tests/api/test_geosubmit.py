@@ -68,7 +68,7 @@ def test_a_report_is_not_placed_on_a_floor_of_which_it_is_not_known_how_it_is_tu
 
     service.call(forget)
     assert service.client.post(PATH, json={"items": [report(20.0), report(30.0, floor="F1")]}).json() == {}
-    assert stored(service) == [("F2", 20.0), ("F2", 30.0)]
+    assert stored(service) == [("F2", 20.0)]
 
 
 def test_reports_of_which_none_can_be_used_leave_nothing(service: SurveyService) -> None:

@@ -157,8 +157,9 @@ MULTIPART = f"multipart/form-data; boundary={BOUNDARY}"
 GOOD_PART = part(content=walk())
 BAD_UPLOADS: dict[str, tuple[bytes | str, str, dict[str, str], int, str | None]] = {
     "multipart without a floor": (multipart(GOOD_PART), MULTIPART, {}, 422, "floor"),
-    "an unknown floor": (multipart(GOOD_PART), MULTIPART, {"floor": "F9"}, 422, "floor"),
-    "an unknown floor for a CSV": (CSV, "text/csv", {"floor": "F9"}, 422, "floor"),
+    "an unknown floor": (multipart(GOOD_PART), MULTIPART, {"floor": "F9"}, 404, "floor"),
+    "an unknown floor of a body": (json.dumps({**JSON, "floor": "F9"}), "application/json", {}, 404, "floor"),
+    "an unknown floor for a CSV": (CSV, "text/csv", {"floor": "F9"}, 404, "floor"),
     "multipart that is cut off": (multipart(GOOD_PART)[:-40], MULTIPART, {"floor": "F1"}, 422, "files"),
     "multipart without its last edge": (multipart(GOOD_PART, end=b"\r\n"), MULTIPART, {"floor": "F1"}, 422, "files"),
     "another boundary": (multipart(GOOD_PART), f"{MULTIPART}x", {"floor": "F1"}, 422, "files"),
