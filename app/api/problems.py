@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import http
 import json
 import logging
@@ -28,6 +27,7 @@ from app.errors import (
     TooLarge,
     Unauthenticated,
     UnsupportedMedia,
+    told_as,
 )
 
 MEDIA_TYPE = "application/problem+json"
@@ -86,6 +86,7 @@ def json_pointer(field: str) -> str:
 
 def problem_document(error: Exception) -> dict[str, Any]:
     """What an error of work that goes on without its request is told as; a field is one of the body."""
+    error = told_as(error)
     problem = problem_of(error) if isinstance(error, SurefixError) else DEFECT
     if problem is DEFECT:
         return _members(DEFECT, DEFECT_DETAIL, {})
@@ -115,10 +116,10 @@ async def _answer_error(request: Request, error: Exception) -> Response:
 
 async def _answer_os(request: Request, error: Exception) -> Response:
     """A disk that is full is no defect: what comes is told to come again."""
-    assert isinstance(error, OSError)  # what the handler is registered for
-    if error.errno not in (errno.ENOSPC, errno.EDQUOT):
+    told = told_as(error)
+    if told is error:
         raise error
-    return await _answer_error(request, DependencyDown(f"the disk of the service is full: {error.strerror}"))
+    return await _answer_error(request, told)
 
 
 async def _answer_validation(request: Request, error: Exception) -> Response:
