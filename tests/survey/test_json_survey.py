@@ -125,6 +125,18 @@ def test_a_body_that_is_no_survey_is_refused_by_its_field(sent: bytes, field: st
     assert refused.value.field == field
 
 
+@pytest.mark.parametrize("number", ["1e400", "-1e400", "123456789012345678901234567890", "9" * 5000])
+@pytest.mark.parametrize("place", ['"x":%s', '"x":1,"readings":[{"rssi":%s}]', '"unknown":[[%s]]'])
+def test_a_number_beyond_64_bits_is_refused_by_its_fingerprint_with_the_remedy(number: str, place: str) -> None:
+    good = '{"x":1,"y":2,"t":1,"readings":[]}'
+    sent = f'{{"floor":"F1","fingerprints":[{good},{{{place % number}}},{good}]}}'
+    with pytest.raises(
+        InvalidInput, match=r"^fingerprints\[1\] holds .* correct the number or leave it out$"
+    ) as refused:
+        json_survey(sent.encode())
+    assert refused.value.field == "fingerprints[1]"
+
+
 def test_a_floor_that_the_venue_does_not_have_is_not_found() -> None:
     with pytest.raises(NotFound, match="it has B1, F1") as refused:
         json_survey(body(place(), floor="F9"))
