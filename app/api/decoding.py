@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 import zlib
 from enum import StrEnum
 
@@ -19,6 +20,7 @@ ZSTD_WINDOW_BYTES = 8 << 20
 """What RFC 9659 lets a sender assume; a larger window is a way to take memory."""
 MOST_MEMBERS = 1000
 """Of a gzip body. Senders that compress in blocks make one every 64 kB; a million empty ones only take time."""
+_WEIGHT = re.compile(r"[01](\.[0-9]{0,3})?")
 _GZIP_WBITS, _PIECE_BYTES = 31, 1 << 16
 
 
@@ -44,6 +46,16 @@ def packing_of(content_type: str | None) -> Packing:
     raise UnsupportedMedia(
         f"Content-Type {media_type[:80]!r} is not read here; send application/json or application/msgpack"
     )
+
+
+def prefers(accept: str, wanted: str, otherwise: str) -> bool:
+    """Whether an Accept header names a media type, and gives it a weight above 0 and not below that of another."""
+    weights = {}
+    for one in accept.lower().split(","):
+        media_type, *parameters = (part.strip() for part in one.split(";"))
+        said = next((part[2:] for part in parameters if part.startswith("q=")), "")
+        weights[media_type] = float(said) if _WEIGHT.fullmatch(said) else 1.0
+    return weights.get(wanted, 0.0) > 0.0 and weights[wanted] >= weights.get(otherwise, 0.0)
 
 
 async def read_body(request: Request, limit_bytes: int) -> bytes:

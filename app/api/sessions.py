@@ -10,7 +10,7 @@ from fastapi import APIRouter, Depends, Header, Query, Request, Response
 
 from app.api import examples
 from app.api.batch_body import LARGEST_SEQUENCE, BatchBody, parse_batch
-from app.api.decoding import Packing, packing_of, read_body
+from app.api.decoding import Packing, packing_of, prefers, read_body
 from app.api.fix_body import FeatureCollectionBody, FixBody, TrackBody, geojson_document, track_document
 from app.api.json_bodies import inlined_schema, read_json, request_body
 from app.api.session_body import OpenedBody, SessionBody, parse_session
@@ -121,7 +121,7 @@ def sessions_router(tracking: Callable[..., Any], position: Callable[..., Any], 
         read = service.smoothed.track if smoothed else service.track
         rows = await read(session, cursor, limit + 1, from_ms, to_ms)
         following = str(rows[limit - 1].sequence) if len(rows) > limit else None
-        if GEOJSON in accept:
+        if prefers(accept, GEOJSON, Packing.JSON):
             return Response(geojson_document(rows[:limit], following), media_type=GEOJSON)
         return Response(track_document(session, rows[:limit], following), media_type="application/json")
 

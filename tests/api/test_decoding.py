@@ -8,7 +8,7 @@ import zstandard
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.api.decoding import MOST_MEMBERS, Packing, decompress, packing_of
+from app.api.decoding import MOST_MEMBERS, Packing, decompress, packing_of, prefers
 from app.errors import InvalidInput, TooLarge, UnsupportedMedia
 
 LIMIT = 1000
@@ -80,6 +80,28 @@ def test_other_encodings_are_refused(encoding: str) -> None:
 )
 def test_the_layout_is_told_from_the_content_type(content_type: str | None, packing: Packing) -> None:
     assert packing_of(content_type) is packing
+
+
+@pytest.mark.parametrize(
+    ("accept", "given"),
+    [
+        ("application/geo+json", True),
+        ("APPLICATION/GEO+JSON;Q=0.1", True),
+        ("text/html, application/geo+json ; charset=utf-8 ; q=1.000", True),
+        ("application/geo+json;q=0.9, application/json;q=0.9", True),
+        ("application/geo+json;q=junk", True),
+        ("application/geo+json;q=0", False),
+        ("application/geo+json; q=0.000, */*", False),
+        ("application/geo+json;q=0.5, application/json", False),
+        ("application/geo+jsonx", False),
+        ("*/*", False),
+        ("", False),
+    ],
+)
+def test_a_media_type_is_given_where_it_is_named_with_weight_and_the_other_has_no_more(
+    accept: str, given: bool
+) -> None:
+    assert prefers(accept, "application/geo+json", "application/json") is given
 
 
 @pytest.mark.parametrize("content_type", ["text/plain", "application/x-www-form-urlencoded", "x"])

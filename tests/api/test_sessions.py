@@ -278,6 +278,8 @@ def test_a_track_as_geojson_is_in_longitude_and_latitude(service: PhoneService) 
     assert unknown["geometry"] is None
     assert known["geometry"] == {"type": "Point", "coordinates": [position["longitude"], position["latitude"]]}
     assert known["properties"]["flag"] == "nominal"
+    refused = service.client.get(f"/v1/sessions/{session}/track", headers={"Accept": "application/geo+json;q=0"})
+    assert refused.headers["Content-Type"] == "application/json"
 
 
 def test_without_a_key_nothing_is_answered(service: PhoneService) -> None:
