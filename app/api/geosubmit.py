@@ -12,7 +12,7 @@ from fastapi.responses import JSONResponse
 
 from app.api import examples
 from app.api.decoding import read_body
-from app.api.geolocate import parse_error
+from app.api.geolocate_errors import RESPONSES, GeolocateRoute
 from app.api.json_bodies import request_body
 from app.errors import InvalidInput
 from app.services.geosubmission import Geosubmission
@@ -60,11 +60,11 @@ def geosubmit_router(geosubmission: Callable[..., Any], survey: Callable[..., An
     geosubmission : dependency that gives the Geosubmission.
     survey : dependency that lets only scope `survey` pass, also by `?key=`.
     """
-    router = APIRouter(tags=["compatible"], dependencies=[Depends(survey)])
+    router = APIRouter(tags=["compatible"], dependencies=[Depends(survey)], route_class=GeolocateRoute)
 
     @router.post(
         "/v2/geosubmit",
-        responses={400: {"description": "parseError"}},
+        responses=RESPONSES,
         summary="Report scans by latitude and longitude",
         openapi_extra=request_body(_SCHEMA, example=examples.GEOSUBMIT),
     )
@@ -73,11 +73,7 @@ def geosubmit_router(geosubmission: Callable[..., Any], survey: Callable[..., An
         the ground floor, or the one that `position.floor` names. Reports that cannot be used are left out silently, as
         the format has it. Networks whose name ends in `_nomap` are not stored.
         """
-        try:
-            items = await _items(request)
-        except InvalidInput as error:
-            return parse_error(error)
-        await service.add(items)
+        await service.add(await _items(request))
         return JSONResponse({})
 
     return router

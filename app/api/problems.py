@@ -84,6 +84,18 @@ def json_pointer(field: str) -> str:
     return "#" + "".join("/" + part.replace("~", "~0").replace("/", "~1") for part in parts)
 
 
+def headers_of(error: Exception) -> dict[str, str]:
+    """What the answer to an error says in its header: how to send a key, or when to come again."""
+    match error:
+        case Unauthenticated():
+            return {"WWW-Authenticate": 'Bearer realm="surefix"'}
+        case Forbidden():
+            return {"WWW-Authenticate": 'Bearer realm="surefix", error="insufficient_scope"'}
+        case DependencyDown(retry_after_s=seconds):
+            return {"Retry-After": str(seconds)}
+    return {}
+
+
 def problem_document(error: Exception) -> dict[str, Any]:
     """What an error of work that goes on without its request is told as; a field is one of the body."""
     error = told_as(error)
@@ -100,18 +112,12 @@ async def _answer_error(request: Request, error: Exception) -> Response:
     if problem is DEFECT:
         raise error
     members: dict[str, Any] = {}
-    headers: dict[str, str] = {}
     match error:
         case InvalidInput(field=field) | NotFound(field=field) if field:
             members = _place(field, _is_of_body(request, field))
-        case Unauthenticated():
-            headers = {"WWW-Authenticate": 'Bearer realm="surefix"'}
-        case Forbidden():
-            headers = {"WWW-Authenticate": 'Bearer realm="surefix", error="insufficient_scope"'}
-        case DependencyDown(retry_after_s=seconds):
-            headers = {"Retry-After": str(seconds)}
+        case DependencyDown():
             _log.warning("%s %s: %s", request.method, _route(request), error)
-    return _document(problem, str(error), members, headers)
+    return _document(problem, str(error), members, headers_of(error))
 
 
 async def _answer_os(request: Request, error: Exception) -> Response:

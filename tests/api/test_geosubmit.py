@@ -92,3 +92,4 @@ def test_the_key_may_come_in_the_query(service: SurveyService) -> None:
     for key, status in ((KEY, 200), ("wrong", 401)):
         answer = service.client.post(PATH, params={"key": key}, json={"items": []}, headers={"Authorization": ""})
         assert answer.status_code == status
+        assert answer.json() == {} or answer.json()["error"]["errors"][0]["reason"] == "keyInvalid"
