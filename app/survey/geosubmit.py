@@ -13,6 +13,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import orjson
+
+from app.errors import InvalidInput
 from app.floorplan.georeference import Georeference
 from app.survey.admission import FloorExtent, PlaceReadings, checked_place, checked_time_ms
 from app.wifi.fingerprint import Fingerprint
@@ -34,6 +37,22 @@ class PlacedFloor:
     georeference: Georeference
 
 
+def reports_of(sent: bytes) -> list[Any]:
+    """The members of `items` of a body, unchecked.
+
+    Raises
+    ------
+    InvalidInput : not JSON, or not such a body.
+    """
+    try:
+        body = orjson.loads(sent)
+    except orjson.JSONDecodeError as error:
+        raise InvalidInput(f"the body is not JSON: {error}") from error
+    if not isinstance(body, dict) or not isinstance(body.get("items"), list):
+        raise InvalidInput("a list of reports is expected", "items")
+    return list(body["items"])
+
+
 def placed_reports(
     reports: Iterable[Any], floors: Sequence[PlacedFloor], received_ms: float
 ) -> Iterator[tuple[str, Fingerprint]]:
@@ -41,7 +60,7 @@ def placed_reports(
 
     Parameters
     ----------
-    reports : members of `items`, unchecked.  received_ms : when they came, for those without a time of their own.
+    reports : as of reports_of.  received_ms : when they came, for those without a time of their own.
     """
     for report in reports:
         try:
