@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import io
 import re
 import zlib
@@ -18,6 +19,10 @@ JSON_TYPES = frozenset({"", "application/json"})
 MSGPACK_TYPES = frozenset({"application/msgpack", "application/x-msgpack", "application/vnd.msgpack"})
 ZSTD_WINDOW_BYTES = 8 << 20
 """What RFC 9659 lets a sender assume; a larger window is a way to take memory."""
+LITTLE_BYTES = 4_000
+"""Of a compressed body: up to there it is decompressed at once. What may hold a thousand times more keeps no phone
+waiting.
+"""
 MOST_MEMBERS = 1000
 """Of a gzip body. Senders that compress in blocks make one every 64 kB; a million empty ones only take time."""
 _WEIGHT = re.compile(r"[01](\.[0-9]{0,3})?")
@@ -77,7 +82,10 @@ async def read_body(request: Request, limit_bytes: int) -> bytes:
             parts.append(part)
     except ClientDisconnect as error:
         raise InvalidInput("the body ended early") from error
-    return decompress(b"".join(parts), encoding, limit_bytes)
+    sent = b"".join(parts)
+    if len(sent) < LITTLE_BYTES or encoding in ("", "identity"):
+        return decompress(sent, encoding, limit_bytes)
+    return await asyncio.to_thread(decompress, sent, encoding, limit_bytes)
 
 
 def decompress(sent: bytes, encoding: str, limit_bytes: int) -> bytes:
