@@ -16,6 +16,8 @@ SurefixError
 
 from __future__ import annotations
 
+import errno
+
 
 class SurefixError(Exception):
     """Root of everything this service raises on purpose; the message is written for the caller."""
@@ -44,7 +46,11 @@ class UnsupportedMedia(InvalidInput):
 
 
 class NotFound(SurefixError):
-    """The identifier names nothing that exists."""
+    """The identifier names nothing that exists. field : as of InvalidInput; empty for one that is in the path."""
+
+    def __init__(self, message: str, field: str = "") -> None:
+        super().__init__(message)
+        self.field = field
 
 
 class Expired(SurefixError):
@@ -77,3 +83,10 @@ class DependencyDown(SurefixError):
     def __init__(self, message: str, retry_after_s: int = 2) -> None:
         super().__init__(message)
         self.retry_after_s = retry_after_s
+
+
+def told_as(error: Exception) -> Exception:
+    """What an error is told as: itself, but of a full disk, which is no defect, a DependencyDown."""
+    if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
+        return DependencyDown(f"the disk of the service is full: {error.strerror}")
+    return error

@@ -70,7 +70,7 @@ class Batch:
     """What one phone reports at once, validated: columns finite, equally long and ordered in time.
 
     end_s : up to when the phone has reported; None for an empty batch that does not say.
-    dropped : readings that could not be used and were left out at the door.
+    dropped : readings and pressures that could not be used and were left out at the door.
     """
 
     sequence: int

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import secrets
 from typing import Annotated, Any, NotRequired
 
 import numpy as np
@@ -42,7 +43,7 @@ class AxisColumns(BaseModel):
 
 
 class PressureColumns(BaseModel):
-    """The barometer, hPa."""
+    """The barometer, hPa. A pressure outside 100 to 1200 is dropped and counted: real ones break and say 0."""
 
     model_config = FROM_PHONES
 
@@ -107,13 +108,16 @@ class BatchBody(BaseModel):
     gyroscope: Annotated[AxisColumns | None, Field(description="rad/s, at most 100 in magnitude")] = None
     magnetometer: Annotated[AxisColumns | None, Field(description="microtesla, at most 10,000 in magnitude")] = None
     rotation_vector: Annotated[AxisColumns | None, Field(description="x, y, z of Android's unit quaternion")] = None
-    barometer: Annotated[PressureColumns | None, Field(description="hPa, 100 to 1200")] = None
+    barometer: Annotated[PressureColumns | None, Field(description="hPa")] = None
     wifi: Annotated[list[WifiScanBody], Field(max_length=LARGEST_SCAN_LIST)] | None = None
     bluetooth: Annotated[list[BluetoothScanBody], Field(max_length=LARGEST_SCAN_LIST)] | None = None
 
 
 BATCH = TypeAdapter(BatchBody)
 _AXES = ("accelerometer", "gyroscope", "magnetometer", "rotation_vector")
+_MARK = secrets.token_bytes(8)
+_PAIR, _END = b"\x92", ormsgpack.packb(_MARK)
+"""What a body stands between, so that they are a pair of it and the mark exactly where nothing else follows it."""
 _COLUMNS = {**dict.fromkeys(_AXES, ("t", "x", "y", "z")), "barometer": ("t", "pressure")}
 
 
@@ -150,9 +154,11 @@ def _parse_json(sent: bytes) -> BatchBody:
 def _unpack(sent: bytes) -> Any:
     """A MessagePack body with its packed columns as lists."""
     try:
-        body = ormsgpack.unpackb(sent)
+        body, *end = ormsgpack.unpackb(_PAIR + sent + _END)
     except ValueError as error:
         raise InvalidInput(f"the body is not MessagePack: {error}") from error
+    if end != [_MARK]:  # the parser itself does not mind what follows
+        raise InvalidInput("the body is not one MessagePack object: it is cut short, or more follows it")
     if not isinstance(body, dict):
         return body
     for stream, columns in _COLUMNS.items():
@@ -181,6 +187,7 @@ def _batch_of(body: BatchBody) -> Batch:
     bluetooth, bluetooth_dropped = bluetooth_scans(
         [scan.t for scan in body.bluetooth or ()], [scan.readings for scan in body.bluetooth or ()]
     )
+    barometer, pressures_dropped = _pressure_samples(body.barometer)
     times = _times_ms(body)
     end_ms = body.end if body.end is not None else max((last for _, last in times.values()), default=None)
     batch = Batch(
@@ -190,10 +197,10 @@ def _batch_of(body: BatchBody) -> Batch:
         gyroscope=_axis_samples("gyroscope", body.gyroscope),
         magnetometer=_axis_samples("magnetometer", body.magnetometer),
         rotation_vector=_axis_samples("rotation_vector", body.rotation_vector),
-        barometer=_pressure_samples(body.barometer),
+        barometer=barometer,
         wifi=wifi,
         bluetooth=bluetooth,
-        dropped=wifi_dropped + bluetooth_dropped,
+        dropped=wifi_dropped + bluetooth_dropped + pressures_dropped,
     )
     refuse_scattered(times, body.end)
     return batch
@@ -217,5 +224,5 @@ def _axis_samples(name: str, columns: AxisColumns | None) -> AxisSamples:
     return AxisSamples() if columns is None else axis_samples(name, columns.t, columns.x, columns.y, columns.z)
 
 
-def _pressure_samples(columns: PressureColumns | None) -> PressureSamples:
-    return PressureSamples() if columns is None else pressure_samples(columns.t, columns.pressure)
+def _pressure_samples(columns: PressureColumns | None) -> tuple[PressureSamples, int]:
+    return (PressureSamples(), 0) if columns is None else pressure_samples(columns.t, columns.pressure)

@@ -1,7 +1,8 @@
 """Sensor columns of a batch body: from lists of numbers to checked arrays in SI units and seconds.
 
 Bounds are several times what phone sensors can report (16 g, 35 rad/s, 5 mT, 300-1100 hPa), so what lies beyond is a
-unit mistaken or a number corrupted, not a hard knock.
+unit mistaken or a number corrupted, not a hard knock. Of the barometer, which only says on which floor, it costs the
+sample.
 """
 
 from __future__ import annotations
@@ -60,15 +61,20 @@ def axis_samples(
     return AxisSamples(times_s(f"{stream}.t", t), np.ascontiguousarray(values.T))
 
 
-def pressure_samples(t: Sequence[float], pressure: Sequence[float]) -> PressureSamples:
-    """The barometer's columns as samples. Raises as axis_samples does."""
+def pressure_samples(t: Sequence[float], pressure: Sequence[float]) -> tuple[PressureSamples, int]:
+    """The barometer's columns as samples, and how many were dropped: those of a broken one, which says 0 hPa.
+
+    Raises
+    ------
+    InvalidInput : as axis_samples does, but never for a value.
+    """
     _refuse_other_length("barometer.pressure", pressure, t)
     if not t:
-        return PressureSamples()
-    values = np.array(pressure)
+        return PressureSamples(), 0
+    times, values = times_s("barometer.t", t), np.array(pressure)
     low, high = PRESSURE_LIMITS_HPA
-    _refuse_where((values < low) | (values > high), "barometer.pressure", f"a pressure is {low:g} to {high:g} hPa")
-    return PressureSamples(times_s("barometer.t", t), values)
+    usable = (values >= low) & (values <= high)
+    return PressureSamples(times[usable], values[usable]), int(np.count_nonzero(~usable))
 
 
 def times_s(field: str, t: Sequence[float], item: str = "[{}]") -> FloatArray:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 import io
+import re
 import zlib
 from enum import StrEnum
 
@@ -17,8 +19,13 @@ JSON_TYPES = frozenset({"", "application/json"})
 MSGPACK_TYPES = frozenset({"application/msgpack", "application/x-msgpack", "application/vnd.msgpack"})
 ZSTD_WINDOW_BYTES = 8 << 20
 """What RFC 9659 lets a sender assume; a larger window is a way to take memory."""
+LITTLE_BYTES = 4_000
+"""Of a compressed body: up to there it is decompressed at once. What may hold a thousand times more keeps no phone
+waiting.
+"""
 MOST_MEMBERS = 1000
 """Of a gzip body. Senders that compress in blocks make one every 64 kB; a million empty ones only take time."""
+_WEIGHT = re.compile(r"[01](\.[0-9]{0,3})?")
 _GZIP_WBITS, _PIECE_BYTES = 31, 1 << 16
 
 
@@ -46,6 +53,16 @@ def packing_of(content_type: str | None) -> Packing:
     )
 
 
+def prefers(accept: str, wanted: str, otherwise: str) -> bool:
+    """Whether an Accept header names a media type, and gives it a weight above 0 and not below that of another."""
+    weights = {}
+    for one in accept.lower().split(","):
+        media_type, *parameters = (part.strip() for part in one.split(";"))
+        said = next((part[2:] for part in parameters if part.startswith("q=")), "")
+        weights[media_type] = float(said) if _WEIGHT.fullmatch(said) else 1.0
+    return weights.get(wanted, 0.0) > 0.0 and weights[wanted] >= weights.get(otherwise, 0.0)
+
+
 async def read_body(request: Request, limit_bytes: int) -> bytes:
     """The body of a request, decompressed, at most limit_bytes long before and after.
 
@@ -65,7 +82,10 @@ async def read_body(request: Request, limit_bytes: int) -> bytes:
             parts.append(part)
     except ClientDisconnect as error:
         raise InvalidInput("the body ended early") from error
-    return decompress(b"".join(parts), encoding, limit_bytes)
+    sent = b"".join(parts)
+    if len(sent) < LITTLE_BYTES or encoding in ("", "identity"):
+        return decompress(sent, encoding, limit_bytes)
+    return await asyncio.to_thread(decompress, sent, encoding, limit_bytes)
 
 
 def decompress(sent: bytes, encoding: str, limit_bytes: int) -> bytes:

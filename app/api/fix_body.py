@@ -51,7 +51,7 @@ class FixBody(BaseModel):
     session: str
     sequence: Annotated[int, Field(description="of the batch that it answers; -1 before the first")]
     t: Annotated[int | None, Field(description="Unix epoch ms of the phone's clock: the newest time accounted for")]
-    dropped: Annotated[int, Field(description="unusable readings of the batch")]
+    dropped: Annotated[int, Field(description="unusable readings and pressures of the batch")]
     gap: Annotated[bool, Field(description="batches are missing before this one")]
     position: PositionBody | None
     accuracy: Annotated[float | None, Field(description="68 % radius, m")]

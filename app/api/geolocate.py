@@ -6,15 +6,15 @@ from collections.abc import Callable
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Request
-from fastapi.responses import JSONResponse
 from pydantic import BaseModel, Field, TypeAdapter, ValidationError
 
 from app.api import examples
 from app.api.batch_body import LARGEST_SCAN
 from app.api.batch_scans import wifi_scan
 from app.api.decoding import read_body
+from app.api.geolocate_errors import RESPONSES, GeolocateRoute
 from app.api.json_bodies import FROM_PHONES, inlined_schema, refusal
-from app.errors import InvalidInput
+from app.errors import NotFound
 from app.observations import WifiScan
 from app.services.geolocation import Geolocation
 from app.survey.admission import LATEST_MS
@@ -70,24 +70,20 @@ def geolocate_router(geolocation: Callable[..., Any], position: Callable[..., An
     geolocation : dependency that gives the Geolocation.
     position : dependency that lets only scope `position` pass, also by `?key=`.
     """
-    router = APIRouter(tags=["compatible"], dependencies=[Depends(position)])
+    router = APIRouter(tags=["compatible"], dependencies=[Depends(position)], route_class=GeolocateRoute)
 
     @router.post(
         "/v1/geolocate",
         response_model=GeolocateAnswer,
-        responses={400: {"description": "parseError"}, 404: {"description": "notFound"}},
+        responses=RESPONSES,
         summary="Where one scan was taken, over all venues",
         openapi_extra=_REQUEST,
     )
     async def geolocate(request: Request, service: Geolocation = Depends(geolocation)) -> Any:
         """Venues whose floors have a georeference and whose radio map knows two of the access points or more."""
-        try:
-            scan = parse_scan(await read_body(request, BODY_LIMIT_BYTES))
-        except InvalidInput as error:
-            return parse_error(error)
-        place = await service.place(scan)
+        place = await service.place(parse_scan(await read_body(request, BODY_LIMIT_BYTES)))
         if place is None:
-            return _error(404, "geolocation", "notFound", "Not found")
+            raise NotFound("Not found")
         location = LocationBody(lat=place.latitude_deg, lng=place.longitude_deg)
         return GeolocateAnswer(location=location, accuracy=place.accuracy_m)
 
@@ -115,14 +111,3 @@ def parse_scan(sent: bytes) -> WifiScan:
         if one.signal_strength is not None
     ]
     return wifi_scan(REFERENCE_MS, REFERENCE_MS / 1000.0, readings)[0]
-
-
-def parse_error(error: InvalidInput) -> JSONResponse:
-    """The answer of these services to a body that they cannot read."""
-    detail = f"{error.field}: {error}" if error.field else str(error)
-    return _error(400, "global", "parseError", f"Parse Error: {detail}")
-
-
-def _error(status: int, domain: str, reason: str, message: str) -> JSONResponse:
-    errors = [{"domain": domain, "reason": reason, "message": message}]
-    return JSONResponse({"error": {"errors": errors, "code": status, "message": message}}, status)

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Callable
 from typing import Any
 
-import orjson
 from fastapi import APIRouter, Depends, Request
 from fastapi.responses import JSONResponse
 
 from app.api import examples
 from app.api.decoding import read_body
-from app.api.geolocate import parse_error
+from app.api.geolocate_errors import RESPONSES, GeolocateRoute
 from app.api.json_bodies import request_body
-from app.errors import InvalidInput
 from app.services.geosubmission import Geosubmission
 
 BODY_LIMIT_BYTES = 20_000_000
@@ -60,11 +57,11 @@ def geosubmit_router(geosubmission: Callable[..., Any], survey: Callable[..., An
     geosubmission : dependency that gives the Geosubmission.
     survey : dependency that lets only scope `survey` pass, also by `?key=`.
     """
-    router = APIRouter(tags=["compatible"], dependencies=[Depends(survey)])
+    router = APIRouter(tags=["compatible"], dependencies=[Depends(survey)], route_class=GeolocateRoute)
 
     @router.post(
         "/v2/geosubmit",
-        responses={400: {"description": "parseError"}},
+        responses=RESPONSES,
         summary="Report scans by latitude and longitude",
         openapi_extra=request_body(_SCHEMA, example=examples.GEOSUBMIT),
     )
@@ -73,22 +70,7 @@ def geosubmit_router(geosubmission: Callable[..., Any], survey: Callable[..., An
         the ground floor, or the one that `position.floor` names. Reports that cannot be used are left out silently, as
         the format has it. Networks whose name ends in `_nomap` are not stored.
         """
-        try:
-            items = await _items(request)
-        except InvalidInput as error:
-            return parse_error(error)
-        await service.add(items)
+        await service.add(await read_body(request, BODY_LIMIT_BYTES))
         return JSONResponse({})
 
     return router
-
-
-async def _items(request: Request) -> list[Any]:
-    sent = await read_body(request, BODY_LIMIT_BYTES)
-    try:
-        body = await asyncio.to_thread(orjson.loads, sent)
-    except orjson.JSONDecodeError as error:
-        raise InvalidInput(f"the body is not JSON: {error}") from error
-    if not isinstance(body, dict) or not isinstance(body.get("items"), list):
-        raise InvalidInput("a list of reports is expected", "items")
-    return list(body["items"])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import http
 import json
 import logging
@@ -28,6 +27,7 @@ from app.errors import (
     TooLarge,
     Unauthenticated,
     UnsupportedMedia,
+    told_as,
 )
 
 MEDIA_TYPE = "application/problem+json"
@@ -84,12 +84,25 @@ def json_pointer(field: str) -> str:
     return "#" + "".join("/" + part.replace("~", "~0").replace("/", "~1") for part in parts)
 
 
+def headers_of(error: Exception) -> dict[str, str]:
+    """What the answer to an error says in its header: how to send a key, or when to come again."""
+    match error:
+        case Unauthenticated():
+            return {"WWW-Authenticate": 'Bearer realm="surefix"'}
+        case Forbidden():
+            return {"WWW-Authenticate": 'Bearer realm="surefix", error="insufficient_scope"'}
+        case DependencyDown(retry_after_s=seconds):
+            return {"Retry-After": str(seconds)}
+    return {}
+
+
 def problem_document(error: Exception) -> dict[str, Any]:
     """What an error of work that goes on without its request is told as; a field is one of the body."""
+    error = told_as(error)
     problem = problem_of(error) if isinstance(error, SurefixError) else DEFECT
     if problem is DEFECT:
         return _members(DEFECT, DEFECT_DETAIL, {})
-    field = error.field if isinstance(error, InvalidInput) else ""
+    field = error.field if isinstance(error, InvalidInput | NotFound) else ""
     return _members(problem, str(error), _place(field, in_body=True) if field else {})
 
 
@@ -99,26 +112,20 @@ async def _answer_error(request: Request, error: Exception) -> Response:
     if problem is DEFECT:
         raise error
     members: dict[str, Any] = {}
-    headers: dict[str, str] = {}
     match error:
-        case InvalidInput(field=field) if field:
+        case InvalidInput(field=field) | NotFound(field=field) if field:
             members = _place(field, _is_of_body(request, field))
-        case Unauthenticated():
-            headers = {"WWW-Authenticate": 'Bearer realm="surefix"'}
-        case Forbidden():
-            headers = {"WWW-Authenticate": 'Bearer realm="surefix", error="insufficient_scope"'}
-        case DependencyDown(retry_after_s=seconds):
-            headers = {"Retry-After": str(seconds)}
+        case DependencyDown():
             _log.warning("%s %s: %s", request.method, _route(request), error)
-    return _document(problem, str(error), members, headers)
+    return _document(problem, str(error), members, headers_of(error))
 
 
 async def _answer_os(request: Request, error: Exception) -> Response:
     """A disk that is full is no defect: what comes is told to come again."""
-    assert isinstance(error, OSError)  # what the handler is registered for
-    if error.errno not in (errno.ENOSPC, errno.EDQUOT):
+    told = told_as(error)
+    if told is error:
         raise error
-    return await _answer_error(request, DependencyDown(f"the disk of the service is full: {error.strerror}"))
+    return await _answer_error(request, told)
 
 
 async def _answer_validation(request: Request, error: Exception) -> Response:

@@ -10,7 +10,7 @@ from fastapi import APIRouter, Depends, Header, Query, Request, Response
 
 from app.api import examples
 from app.api.batch_body import LARGEST_SEQUENCE, BatchBody, parse_batch
-from app.api.decoding import Packing, packing_of, read_body
+from app.api.decoding import Packing, packing_of, prefers, read_body
 from app.api.fix_body import FeatureCollectionBody, FixBody, TrackBody, geojson_document, track_document
 from app.api.json_bodies import inlined_schema, read_json, request_body
 from app.api.session_body import OpenedBody, SessionBody, parse_session
@@ -54,7 +54,9 @@ def sessions_router(tracking: Callable[..., Any], position: Callable[..., Any], 
         openapi_extra=request_body(SessionBody, example=examples.SESSION),
     )
     async def open_session(request: Request, service: Tracking = Depends(tracking)) -> OpenedBody:
-        """`floor` is a hint and `start` a prior of 5 m; neither binds. The session's id is a secret of its phone."""
+        """`floor` is a hint and `start` a prior of 5 m; neither binds, but an unknown floor is 404, as an unknown venue
+        is. The session's id is a secret of its phone.
+        """
         body = parse_session(await read_json(request, SESSION_LIMIT_BYTES))
         opened = await service.open(body.venue, body.method, body.session_start(), body.device_names())
         return OpenedBody(
@@ -119,7 +121,7 @@ def sessions_router(tracking: Callable[..., Any], position: Callable[..., Any], 
         read = service.smoothed.track if smoothed else service.track
         rows = await read(session, cursor, limit + 1, from_ms, to_ms)
         following = str(rows[limit - 1].sequence) if len(rows) > limit else None
-        if GEOJSON in accept:
+        if prefers(accept, GEOJSON, Packing.JSON):
             return Response(geojson_document(rows[:limit], following), media_type=GEOJSON)
         return Response(track_document(session, rows[:limit], following), media_type="application/json")
 

@@ -85,7 +85,12 @@ REQUEST = {
                     },
                 },
             },
-            "text/csv": {"schema": {"type": "string", "description": "floor,x,y,t,bssid,rssi[,frequency][,ssid]"}},
+            "text/csv": {
+                "schema": {
+                    "type": "string",
+                    "description": "floor,x,y,t,bssid,rssi[,frequency][,ssid], a reading a line",
+                }
+            },
             "multipart/form-data": {
                 "schema": {"type": "object", "required": ["files"], "properties": {"files": _FILES}}
             },

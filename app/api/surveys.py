@@ -58,7 +58,7 @@ def surveys_router(
         `?floor=` required). `Content-Encoding: gzip` is accepted.
 
         What cannot be used is rejected one by one with its reason and the rest lands, in one transaction. A survey of
-        which nothing can be used is 422 with the first reasons, and nothing lands.
+        which nothing can be used is 422 with the first reasons, and nothing lands; one of an unknown floor is 404.
         """
         folder = Path(tempfile.mkdtemp(prefix=ShortLived.UPLOAD))
         handed_over = False

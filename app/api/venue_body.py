@@ -8,10 +8,10 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, Field
 
-from app.api.json_bodies import FROM_ADMINISTRATORS
+from app.api.json_bodies import FROM_ADMINISTRATORS, parse_admin
 from app.floorplan.georeference import Georeference
 from app.services.identifiers import IDENTIFIER
-from app.services.venues import FloorDraft
+from app.services.venues import FloorDraft, floor_draft
 from app.storage.venue_rows import FloorRow, VenueRow
 
 NEAREST_POLE_DEG = 89.0
@@ -61,17 +61,25 @@ class FloorBody(BaseModel):
     georeference: GeoreferenceBody | None = None
     plan: Annotated[Any, Field(description="GeoJSON in WGS 84, or null")] = None
 
-    def draft(self, floor: str) -> FloorDraft:
-        """What the service needs of it."""
-        place = self.georeference
-        return FloorDraft(
-            name=floor if self.name is None else self.name,
-            level=self.level,
-            width_m=self.width,
-            height_m=self.height,
-            georeference=None if place is None else Georeference(place.latitude, place.longitude, place.rotation),
-            plan=self.plan,
-        )
+
+def read_floor(sent: bytes, floor: str) -> FloorDraft:
+    """The floor of that identifier in a JSON body.
+
+    Raises
+    ------
+    InvalidInput : not JSON, or not such a body, or a plan that cannot be drawn; names the first offending field.
+    TooLarge : the plan has more elements than the bounds.
+    """
+    body = parse_admin(FloorBody, sent)
+    place = body.georeference
+    return floor_draft(
+        name=floor if body.name is None else body.name,
+        level=body.level,
+        width_m=body.width,
+        height_m=body.height,
+        georeference=None if place is None else Georeference(place.latitude, place.longitude, place.rotation),
+        plan=body.plan,
+    )
 
 
 class GeoreferenceAnswer(BaseModel):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Callable
 from typing import Any
 
@@ -21,9 +20,11 @@ from app.api.venue_body import (
     VenueBody,
     VenueListAnswer,
     VenueWithFloors,
+    read_floor,
 )
 from app.errors import UnsupportedMedia
 from app.services.venues import Venues
+from app.services.worker_processes import WorkerProcesses
 
 VENUE_LIMIT_BYTES = 100_000
 FLOOR_LIMIT_BYTES = 50_000_000
@@ -38,17 +39,19 @@ def _binary(media_type: str, schema: dict[str, Any]) -> dict[int | str, dict[str
     return {200: {"content": {media_type: {"schema": schema}}}}
 
 
-def venues_router(venues: Callable[..., Any], read: Callable[..., Any], admin: Callable[..., Any]) -> APIRouter:
+def venues_router(
+    venues: Callable[..., Any], read: Callable[..., Any], admin: Callable[..., Any], workers: WorkerProcesses
+) -> APIRouter:
     """The endpoints of venues.
 
     Parameters
     ----------
     venues : dependency that gives the Venues.  read : dependency that lets any key pass.  admin : dependency that
-    lets only scope `admin` pass.
+    lets only scope `admin` pass.  workers : read large plans.
     """
     router = APIRouter(prefix="/v1/venues", tags=["venues"])
     _add_venues(router, venues, read, admin)
-    _add_floors(router, venues, read, admin)
+    _add_floors(router, venues, read, admin, workers)
     _add_images(router, venues, read, admin)
     return router
 
@@ -83,7 +86,11 @@ def _add_venues(
 
 
 def _add_floors(
-    router: APIRouter, venues: Callable[..., Any], read: Callable[..., Any], admin: Callable[..., Any]
+    router: APIRouter,
+    venues: Callable[..., Any],
+    read: Callable[..., Any],
+    admin: Callable[..., Any],
+    workers: WorkerProcesses,
 ) -> None:
     @router.put(
         "/{venue}/floors/{floor}",
@@ -103,8 +110,7 @@ def _add_floors(
         asks; `warnings` of the answer says what was done. What cannot be drawn is 422 with its path.
         """
         sent = await read_json(request, FLOOR_LIMIT_BYTES)
-        body = await asyncio.to_thread(parse_admin, FloorBody, sent)
-        stored = await service.put_floor(venue, floor, body.draft(floor))
+        stored = await service.put_floor(venue, floor, await workers.run_of(len(sent), read_floor, sent, floor))
         response.status_code = 201 if stored.created else 200
         return StoredFloorAnswer(**FloorAnswer.of(stored.row).model_dump(), warnings=list(stored.warnings))
 

@@ -20,7 +20,9 @@ class WebhookBody(BaseModel):
 
     model_config = FROM_ADMINISTRATORS
 
-    url: Annotated[str, Field(max_length=LONGEST_URL, description="http or https, without user and fragment")]
+    url: Annotated[
+        str, Field(max_length=LONGEST_URL, description="http or https, without user and fragment; not link-local")
+    ]
 
 
 class NewWebhookAnswer(BaseModel):

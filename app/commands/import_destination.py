@@ -18,7 +18,7 @@ from app.floorplan.georeference import Georeference
 from app.services.radio_maps import RadioMaps
 from app.services.server_clock import server_ms
 from app.services.surveys import Surveys
-from app.services.venues import FloorDraft, Venues, floor_extent
+from app.services.venues import Venues, floor_draft, floor_extent
 from app.services.worker_processes import WorkerProcesses
 from app.storage.database import connect
 from app.storage.migration import require_usable
@@ -87,7 +87,7 @@ class DatabaseDestination:
 
     def make_floor(self, venue: str, floor: ImportFloor) -> None:
         plan = None if floor.plan is None else _json(floor.plan)
-        draft = FloorDraft(floor.floor, floor.level, floor.width_m, floor.height_m, floor.georeference, plan)
+        draft = floor_draft(floor.floor, floor.level, floor.width_m, floor.height_m, floor.georeference, plan)
         self._runner.run(self._venues.put_floor(venue, floor.floor, draft))
         if floor.image is not None:
             self._runner.run(self._venues.put_image(venue, floor.floor, floor.image.read_bytes()))

@@ -12,7 +12,7 @@ from scipy.ndimage import binary_dilation
 
 from app.estimation.arrays import BoolArray, FloatArray
 from app.floorplan.georeference import Georeference
-from app.floorplan.walkable import drawing_work, plan_polygons, walkable_cells
+from app.floorplan.walkable import drawing_work, least_work, plan_polygons, walkable_cells
 
 CELL_M = 0.5
 MOST_CELLS = 4_000_000
@@ -74,7 +74,7 @@ def free_space(
     -------
     NO_PLAN where there is none, it draws nothing, takes too long to draw, or contradicts the survey.
     """
-    if plan is None or georeference is None or not len(visited_xy_m):
+    if plan is None or georeference is None or not len(visited_xy_m) or least_work(plan) > MOST_WORK:
         return NO_PLAN
     features = plan_polygons(plan, georeference)
     if not features:

@@ -12,6 +12,8 @@ LARGEST_AREA_PX = 100_000_000
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _BIT_DEPTHS = {0: (1, 2, 4, 8, 16), 2: (8, 16), 3: (1, 2, 4, 8), 4: (8, 16), 6: (8, 16)}
 """Of each colour type (PNG 1.2, 4.1.1)."""
+MOST_CHUNKS = 25_000
+"""Writers make one of every 8 kB or more."""
 _FRAME_BYTES = 12
 """Of a chunk, beside its data: length, name, checksum."""
 
@@ -22,13 +24,15 @@ def refuse_unusable_png(body: bytes) -> None:
     Raises
     ------
     InvalidInput : not a PNG, or a damaged one.
-    TooLarge : more pixels than a browser should be asked to show.
+    TooLarge : more pixels than a browser should be asked to show, or more chunks than are looked at.
     """
     if not body.startswith(SIGNATURE):
         raise InvalidInput("the body is not a PNG image")
     at, header = len(SIGNATURE), b""
     names: list[bytes] = []
     while at < len(body):
+        if len(names) >= MOST_CHUNKS:
+            raise TooLarge(f"the PNG has more than {MOST_CHUNKS} chunks; write it anew with larger ones")
         if len(body) - at < _FRAME_BYTES:
             raise InvalidInput("the PNG ends too early")
         length, name = struct.unpack_from(">I4s", body, at)

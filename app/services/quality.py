@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import orjson
 
-from app.errors import DependencyDown, SurefixError
+from app.errors import DependencyDown, SurefixError, told_as
 from app.services.identifiers import is_identifier, no_version
 from app.services.left_behind import ShortLived
 from app.services.map_drift import described_drift
@@ -114,10 +114,9 @@ class Quality:
         try:
             report, picture = await self._made(venue, version, key)
             await self._rows.add(key.map_id, ReportRow(report, picture, self._now_ms()))
-        except DependencyDown:
-            raise
-        except Exception:
-            self._failed_ms[key.map_id] = self._now_ms()
+        except Exception as error:
+            if not isinstance(told_as(error), DependencyDown):
+                self._failed_ms[key.map_id] = self._now_ms()
             raise
         finally:
             self._making.pop(key.map_id, None)

@@ -7,7 +7,7 @@ from collections import OrderedDict
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 
-from app.errors import InvalidInput
+from app.errors import InvalidInput, NotFound
 from app.fusion.interface import Site
 from app.observations import Position
 from app.survey.admission import FloorExtent, off_floor
@@ -73,7 +73,8 @@ def refuse_off_floor(site: Site, start: Position | None) -> None:
 
     Raises
     ------
-    InvalidInput : it does not, or the venue has no such floor.
+    InvalidInput : it does not.
+    NotFound : the venue has no such floor.
     """
     if start is None:
         return
@@ -89,9 +90,9 @@ def refuse_unknown_floor(site: Site, floor: str | None, field: str) -> None:
 
     Raises
     ------
-    InvalidInput : it has not.
+    NotFound : it has not; names the field.
     """
     if floor is not None and floor not in site.floors:
-        raise InvalidInput(
+        raise NotFound(
             f"the venue has no floor {floor[:64]!r}; it has {', '.join(sorted(site.floors)) or 'none'}", field
         )

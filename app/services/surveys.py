@@ -75,6 +75,7 @@ class Surveys:
         Raises
         ------
         InvalidInput : nothing of the upload can be used; names the field.
+        NotFound : the venue, or the floor that the upload is of.
         Conflict : others kept publishing meanwhile.
         """
         venue_id, floor_ids, extents = await self.floors(venue)

@@ -13,7 +13,7 @@ from typing import Any
 
 import orjson
 
-from app.errors import DependencyDown, NotFound, SurefixError
+from app.errors import DependencyDown, NotFound, SurefixError, told_as
 from app.storage.task_rows import TaskRow, TaskRows
 
 HEARTBEAT_S = 20.0
@@ -104,8 +104,10 @@ class Tasks:
             status = TaskStatus.DONE
         except Exception as error:
             outcome = orjson.dumps(self._problem(error))
-            if not isinstance(error, SurefixError):
+            if not isinstance(told := told_as(error), SurefixError):
                 raise  # a defect, which the log tells
+            if isinstance(told, DependencyDown):
+                _log.warning("a task failed: %s", told)
         finally:
             heartbeat.cancel()
             await self._finish(task, status, outcome)

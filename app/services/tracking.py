@@ -99,8 +99,8 @@ class Tracking:
 
         Raises
         ------
-        NotFound : no such venue.
-        InvalidInput : no such method, or floor of this venue, or a start that is not on it.
+        NotFound : no such venue, or floor of it; a floor with its field.
+        InvalidInput : no such method, or a start that is not on its floor.
         """
         if method not in self._methods:
             raise InvalidInput(f"method is one of {', '.join(sorted(self._methods))}", "method")

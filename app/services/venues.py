@@ -23,19 +23,21 @@ FAR_DEG = 0.5
 
 @dataclass(frozen=True, slots=True)
 class FloorDraft:
-    """A floor as an administrator describes it. plan : GeoJSON as sent, not yet looked at."""
+    """A floor as an administrator describes it. plan : GeoJSON as it is stored.  warnings : what of it was repaired or
+    looks wrong."""
 
     name: str
     level: int
     width_m: float
     height_m: float
     georeference: Georeference | None
-    plan: Any
+    plan: bytes | None
+    warnings: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class StoredFloor:
-    """A floor after a change. created : it is new.  warnings : what of its plan was repaired or looks wrong."""
+    """A floor after a change. created : it is new.  warnings : of its draft."""
 
     row: FloorRow
     created: bool
@@ -98,10 +100,9 @@ class Venues:
 
         Raises
         ------
-        InvalidInput : the identifier is not one, or the plan cannot be drawn; names the field.
+        InvalidInput : the identifier is not one; names the field.
         """
         refuse_identifier(floor, "floor")
-        plan, warnings = await asyncio.to_thread(_prepared_plan, draft)
         place = draft.georeference
         values = {
             "name": draft.name,
@@ -111,12 +112,12 @@ class Venues:
             "latitude_deg": None if place is None else place.latitude_deg,
             "longitude_deg": None if place is None else place.longitude_deg,
             "rotation_rad": None if place is None else place.rotation_rad,
-            "plan": plan,
+            "plan": draft.plan,
         }
         created = await self._rows.put_floor(venue, floor, values) if is_identifier(venue) else None
         if created is None:
             raise no_venue(venue)
-        return StoredFloor(await self._row(venue, floor), created, warnings)
+        return StoredFloor(await self._row(venue, floor), created, draft.warnings)
 
     async def put_image(self, venue: str, floor: str, body: bytes) -> None:
         """Set a floor's raster plan, a PNG.
@@ -159,20 +160,29 @@ def floor_extent(row: FloorRow) -> FloorExtent:
     return FloorExtent(row.floor, row.width_m, row.height_m)
 
 
-def _prepared_plan(draft: FloorDraft) -> tuple[bytes | None, tuple[str, ...]]:
-    """The plan as it is stored, and what to tell of it."""
-    if draft.plan is None:
-        return None, ()
-    accepted = accept_plan(draft.plan)
+def floor_draft(
+    name: str, level: int, width_m: float, height_m: float, georeference: Georeference | None, plan: Any
+) -> FloorDraft:
+    """A floor, of a plan that has not been looked at: decoded JSON, or None.
+
+    Raises
+    ------
+    InvalidInput : the plan cannot be drawn; names the element.
+    TooLarge : it has more of them than the bounds.
+    """
+    if plan is None:
+        return FloorDraft(name, level, width_m, height_m, georeference, None)
+    accepted = accept_plan(plan)
     warnings = list(accepted.warnings)
-    if draft.georeference is None:
+    if georeference is None:
         warnings.append("without a georeference the plan cannot be placed on the floor (georeference)")
-    elif accepted.bounds is not None and _is_far(draft.georeference, accepted.bounds):
+    elif accepted.bounds is not None and _is_far(georeference, accepted.bounds):
         warnings.append("the plan lies far away from the georeference; is either in longitude, latitude order? (plan)")
     try:
-        return orjson.dumps(accepted.plan), tuple(warnings)
+        stored = orjson.dumps(accepted.plan)
     except orjson.JSONEncodeError as error:
         raise InvalidInput("the plan is nested too deeply", "plan") from error
+    return FloorDraft(name, level, width_m, height_m, georeference, stored, tuple(warnings))
 
 
 def _is_far(place: Georeference, bounds: tuple[float, float, float, float]) -> bool:

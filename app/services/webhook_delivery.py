@@ -12,13 +12,15 @@ import hashlib
 import hmac
 import logging
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
+from typing import Any
 
 import httpx
 
 from app.errors import DependencyDown
 from app.services.announcements import ALERTS, Announcements
+from app.services.webhooks import is_barred
 from app.storage.outbox_rows import Delivery, OutboxRows
 
 TIMEOUT_S = 10.0
@@ -57,6 +59,19 @@ def next_attempt_ms(delivery: Delivery, now_ms: int) -> int | None:
     if now_ms - delivery.created_ms >= GIVE_UP_MS:
         return None
     return now_ms + min(FIRST_RETRY_MS << min(delivery.attempts - 1, 20), LONGEST_RETRY_MS)
+
+
+async def _refuse_barred(event: str, info: Mapping[str, Any]) -> None:
+    """Let go of a connection to where nothing is sent, before anything is: a name may lead there, and only for a time.
+
+    Called by httpcore at each step of a request.
+    """
+    if event == "connection.connect_tcp.complete":
+        connected = info["return_value"]
+        host = connected.get_extra_info("server_addr")[0]
+        if is_barred(host):
+            await connected.aclose()
+            raise httpx.ConnectError(f"its name leads to {host}, which is link-local or tells a machine's secrets")
 
 
 class WebhookDelivery:
@@ -136,7 +151,9 @@ class WebhookDelivery:
         headers = signed_headers(delivery, self._now_ms())
         try:
             async with asyncio.timeout(TIMEOUT_S):
-                request = self._client.build_request("POST", delivery.url, content=delivery.body, headers=headers)
+                request = self._client.build_request(
+                    "POST", delivery.url, content=delivery.body, headers=headers, extensions={"trace": _refuse_barred}
+                )
                 answer = await self._client.send(request, stream=True)
                 await answer.aclose()  # what it says beyond its status is not read
         except TimeoutError:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import base64
+import ipaddress
 import re
 import secrets
+import socket
 from collections.abc import Callable
 from dataclasses import dataclass
 from urllib.parse import urlsplit
@@ -19,6 +21,8 @@ MOST = 20
 """Webhooks of a venue."""
 LONGEST_URL = 2000
 SECRET_PREFIX = "whsec_"
+BARRED = tuple(map(ipaddress.ip_network, ("169.254.0.0/16", "fe80::/10", "fd00:ec2::254/128", "100.100.100.200/32")))
+"""Link-local addresses and those where clouds tell a machine its secrets; alerts have no receiver there."""
 _SECRET_BYTES = 32
 _WEBHOOK = re.compile(r"[0-9a-f]{32}")
 """As secrets.token_hex(16) makes them."""
@@ -85,7 +89,7 @@ def refuse_address(url: str) -> None:
 
     Raises
     ------
-    InvalidInput : it cannot, or it holds a password, which every listing would show.
+    InvalidInput : it cannot, it holds a password, which every listing would show, or its address is barred.
     """
     try:
         parts = urlsplit(url)
@@ -97,3 +101,18 @@ def refuse_address(url: str) -> None:
         raise InvalidInput(f"a webhook is an http or https URL of at most {LONGEST_URL} ASCII characters", "url")
     if parts.username is not None or parts.password is not None or parts.fragment:
         raise InvalidInput("the URL of a webhook has no user, password or fragment", "url")
+    if is_barred(parts.hostname or ""):
+        raise InvalidInput("no alerts are sent to link-local and metadata addresses: name the receiver's own", "url")
+
+
+def is_barred(host: str) -> bool:
+    """Whether a host is an address, however it is written, that nothing is sent to; a name is none."""
+    try:
+        address = ipaddress.ip_address(host.partition("%")[0])
+    except ValueError:
+        try:
+            address = ipaddress.IPv4Address(socket.inet_aton(host))  # 0xa9.254.43518, as resolvers read it
+        except OSError:
+            return False
+    address = getattr(address, "ipv4_mapped", None) or address
+    return any(address in network for network in BARRED)

@@ -20,6 +20,8 @@ from app.errors import DependencyDown
 
 PROCESSES = 2
 """One may read a large survey for minutes; another takes the short ones meanwhile."""
+LARGE_BYTES = 200_000
+"""Of JSON: reading it holds the interpreter for some milliseconds."""
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
 
@@ -49,6 +51,12 @@ class WorkerProcesses:
             if self._pool is pool:
                 self._pool = None
             raise DependencyDown("a worker process died before it was done; nothing was stored") from error
+
+    async def run_of(self, size_bytes: int, function: Callable[_P, _R], *args: _P.args, **kwargs: _P.kwargs) -> _R:
+        """The same of an input of so many bytes; of a small one beside the event loop, which waits for no large one."""
+        if size_bytes < LARGE_BYTES:
+            return await asyncio.to_thread(function, *args, **kwargs)
+        return await self.run(function, *args, **kwargs)
 
     async def close(self) -> None:
         """Wait for what runs, and end the processes."""

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from app.errors import InvalidInput
+from app.errors import InvalidInput, NotFound
 from app.survey.rejection import Rejections
 from app.wifi.beacons import beacon_key
 from app.wifi.bssid import parse_bssid
@@ -138,10 +138,16 @@ class PlaceReadings:
 
 
 def named_floor(floors: Mapping[str, FloorExtent], floor: object) -> FloorExtent:
-    """The floor that a request names. Raises InvalidInput at field `floor`."""
-    if not isinstance(floor, str) or floor not in floors:
-        raise InvalidInput(
-            f"floor must name a floor of the venue: {', '.join(sorted(floors)) or f'it has none; {MAKE_FLOOR}'}",
-            "floor",
-        )
+    """The floor that a request names.
+
+    Raises
+    ------
+    InvalidInput : it names none.
+    NotFound : the venue has no such floor. Both at field `floor`.
+    """
+    has = ", ".join(sorted(floors)) or f"none; {MAKE_FLOOR}"
+    if not isinstance(floor, str):
+        raise InvalidInput(f"floor must name a floor of the venue, which has {has}", "floor")
+    if floor not in floors:
+        raise NotFound(f"the venue has no floor {floor[:64]!r}; it has {has}", "floor")
     return floors[floor]

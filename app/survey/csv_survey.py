@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterator, Mapping
-from functools import partial
 from typing import IO
 
 from app.errors import InvalidInput
@@ -23,19 +22,20 @@ from app.wifi.fingerprint import Fingerprint
 REQUIRED = ("floor", "x", "y", "t", "bssid", "rssi")
 OPTIONAL = ("frequency", "ssid")
 LONGEST_LINE = 100_000
-"""Characters; what is longer is cut, and so rejected, instead of taking memory."""
+"""Characters; a line that is longer is rejected, instead of taking memory."""
 
 
 def read_csv(stream: IO[bytes], floors: Mapping[str, FloorExtent], notes: SurveyNotes) -> Iterator[Fingerprint]:
     """Fingerprints from consecutive rows of equal floor, x, y and t, one after the other as the file is read.
 
-    Rows that cannot be used are rejected by their line, the header being line 1; columns may come in any order.
+    A row is a line. Those that cannot be used are rejected by their number, the header being 1; columns may come in any
+    order, cells in quotes.
 
     Raises
     ------
     InvalidInput : the header lacks a column, or has one that is not known.
     """
-    text = io.TextIOWrapper(stream, encoding="utf-8-sig", errors="replace", newline="")
+    text = io.TextIOWrapper(stream, encoding="utf-8-sig", errors="replace")
     rows = _rows(text, notes.rejections)
     _, header = next(rows, (0, []))
     column = _columns(header)
@@ -64,17 +64,20 @@ def read_csv(stream: IO[bytes], floors: Mapping[str, FloorExtent], notes: Survey
 
 
 def _rows(text: IO[str], rejections: Rejections) -> Iterator[tuple[int, list[str]]]:
-    reader = csv.reader(iter(partial(text.readline, LONGEST_LINE), ""))
-    while True:
-        try:
-            row = next(reader)
-        except StopIteration:
-            return
-        except csv.Error as error:
-            rejections.add(reader.line_num, str(error))
-            continue
-        if row:
-            yield reader.line_num, row
+    """Number and cells of every row. No cell spans lines, so a quote that is not closed costs its own line only."""
+    for number, line in enumerate(_lines(text), start=1):
+        if len(line) >= LONGEST_LINE:
+            rejections.add(number, f"a row has fewer than {LONGEST_LINE} characters")
+        elif row := line.rstrip("\n"):
+            yield number, next(csv.reader((row,))) if '"' in row else row.split(",")
+
+
+def _lines(text: IO[str]) -> Iterator[str]:
+    """Every line, the first LONGEST_LINE characters of it."""
+    while line := text.readline(LONGEST_LINE):
+        yield line
+        while line and line[-1] != "\n":
+            line = text.readline(LONGEST_LINE)
 
 
 def _columns(header: list[str]) -> dict[str, int]:

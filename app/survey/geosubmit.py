@@ -3,7 +3,7 @@
 Each report is matched to the floor whose georeferenced frame contains it. The format has no floor; where frames lie
 above one another the ground floor counts (level 0, else the nearest to it), unless the report's position has a member
 `floor` that names another of them, which the format's other readers ignore. Where frames of several venues contain it,
-it has no place.
+or where it names a floor that is none of them, it has no place.
 """
 
 from __future__ import annotations
@@ -13,6 +13,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import orjson
+
+from app.errors import InvalidInput
 from app.floorplan.georeference import Georeference
 from app.survey.admission import FloorExtent, PlaceReadings, checked_place, checked_time_ms
 from app.wifi.fingerprint import Fingerprint
@@ -34,6 +37,22 @@ class PlacedFloor:
     georeference: Georeference
 
 
+def reports_of(sent: bytes) -> list[Any]:
+    """The members of `items` of a body, unchecked.
+
+    Raises
+    ------
+    InvalidInput : not JSON, or not such a body.
+    """
+    try:
+        body = orjson.loads(sent)
+    except orjson.JSONDecodeError as error:
+        raise InvalidInput(f"the body is not JSON: {error}") from error
+    if not isinstance(body, dict) or not isinstance(body.get("items"), list):
+        raise InvalidInput("a list of reports is expected", "items")
+    return list(body["items"])
+
+
 def placed_reports(
     reports: Iterable[Any], floors: Sequence[PlacedFloor], received_ms: float
 ) -> Iterator[tuple[str, Fingerprint]]:
@@ -41,7 +60,7 @@ def placed_reports(
 
     Parameters
     ----------
-    reports : members of `items`, unchecked.  received_ms : when they came, for those without a time of their own.
+    reports : as of reports_of.  received_ms : when they came, for those without a time of their own.
     """
     for report in reports:
         try:
@@ -78,8 +97,9 @@ def _floor_of(position: dict[str, Any], floors: Sequence[PlacedFloor]) -> tuple[
             inside.append((floor, *checked_place(*place, floor.extent)))
         except ValueError:  # not this one
             continue
-    named = [one for one in inside if one[0].extent.floor == position.get("floor")]
-    nearest = sorted(named or inside, key=lambda one: (abs(one[0].level), -one[0].level))
+    said = position.get("floor")
+    named = [one for one in inside if one[0].extent.floor == said] if said else inside
+    nearest = sorted(named, key=lambda one: (abs(one[0].level), -one[0].level))
     if not nearest or len({one[0].venue for one in inside}) > 1:
         raise ValueError("no floor, or floors of several venues, hold the position")
     return nearest[0]

@@ -43,7 +43,8 @@ def read_json(
 
     Raises
     ------
-    InvalidInput : no JSON, not an object, an unknown key, no known floor, a device that is none.
+    InvalidInput : no JSON, not an object, an unknown key, no floor, a device that is none.
+    NotFound : the venue has no floor of that name.
     """
     surroundings = _surroundings(first)
     extent = named_floor(floors, surroundings.floor)
@@ -155,7 +156,9 @@ def _not_read(error: Exception, where: str) -> InvalidInput:
     said = error.args[0] if error.args else repr(error)  # yajl's words, in bytes where it shows a part of the body
     text = (said.decode(errors="replace") if isinstance(said, bytes) else str(said)).strip().splitlines()[0][:200]
     if "overflow" in text:  # valid JSON, but the parser cannot go on behind it (ICRAR/ijson issue 153)
-        return InvalidInput(f"{where} holds a number that is larger than 64 bits hold", where)
+        # without use_float it can, in twice the time, and crashes over an integer of more than 4300 digits
+        remedy = "as it cannot be read on from there, nothing was stored: correct the number or leave it out"
+        return InvalidInput(f"{where} holds a number that is larger than 64 bits hold; {remedy}", where)
     return InvalidInput(f"the body is not JSON: {text}", where)
 
 

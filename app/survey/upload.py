@@ -83,6 +83,7 @@ def read_upload(upload: Upload, floors: Mapping[str, FloorExtent], spool: Path) 
     Raises
     ------
     InvalidInput : the upload is not in its format.
+    NotFound : the venue has no floor of the name that the upload as a whole is of.
     UselessSurvey : it has not a single fingerprint that can be used.
     """
     notes, per_floor = SurveyNotes(), Counter[str]()

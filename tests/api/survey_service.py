@@ -72,7 +72,7 @@ def wire(url: str, workers: WorkerProcesses, limit_bytes: int = LIMIT_BYTES) -> 
     maps = RadioMaps(map_rows, survey_rows, stored, workers, now_ms)
     service = Surveys(survey_rows, stored, maps, workers, now_ms)
     tasks = Tasks(TaskRows(engine), now_ms, problem_document)
-    reports = Geosubmission(venue_rows, service, now_ms)
+    reports = Geosubmission(venue_rows, service, workers, now_ms)
 
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:

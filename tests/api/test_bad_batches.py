@@ -54,7 +54,8 @@ def nested(depth: int) -> list[Any]:
 
 
 NOT_NUMBERS: tuple[Any, ...] = (None, True, "", "12", "\0", "😀", "A" * 1000, [], {}, nested(60), {"t": {"t": {}}})
-NOT_PLAUSIBLE: tuple[Any, ...] = (1e308, -1e308, math.nan, math.inf, -math.inf, 2**63, -(2**63))
+NOT_FINITE: tuple[Any, ...] = (math.nan, math.inf, -math.inf)
+NOT_PLAUSIBLE: tuple[Any, ...] = (*NOT_FINITE, 1e308, -1e308, 2**63, -(2**63))
 COLUMNS = [(name, axis) for name in AXES for axis in "txyz"] + [("barometer", "t"), ("barometer", "pressure")]
 SCAN_NUMBERS = [
     ("wifi", "rssi", NOT_NUMBERS),
@@ -73,7 +74,8 @@ def bad_batches(draw: st.DrawFn) -> tuple[dict[str, Any], str]:
     index = draw(st.integers(0, N - 1))
     match draw(st.sampled_from(("value", "length", "column", "stream", "order", "scan", "scans", "when", "top"))):
         case "value":
-            body[name][axis][index] = draw(st.sampled_from(NOT_NUMBERS + NOT_PLAUSIBLE))
+            implausible = NOT_FINITE if axis == "pressure" else NOT_PLAUSIBLE
+            body[name][axis][index] = draw(st.sampled_from(NOT_NUMBERS + implausible))
             return body, f"{name}.{axis}[{index}]"
         case "length":
             length = draw(st.integers(0, 40).filter(lambda n: n != N))

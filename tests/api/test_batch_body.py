@@ -177,10 +177,23 @@ def test_a_rotation_vector_longer_than_a_unit_quaternion_is_refused() -> None:
     assert refused({"sequence": 0, "rotation_vector": columns(value=0.9)}) == "rotation_vector.x[0]"
 
 
-@pytest.mark.parametrize("pressure", [0, 99, 1201, -5])
-def test_an_implausible_pressure_is_named(pressure: float) -> None:
-    body = {"sequence": 0, "barometer": {"t": [T0, T0 + 1], "pressure": [1000, pressure]}}
-    assert refused(body) == "barometer.pressure[1]"
+@given(st.binary(min_size=1, max_size=20), st.integers(1, 60))
+def test_a_packed_body_that_is_cut_short_or_followed_by_anything_is_refused(more: bytes, less: int) -> None:
+    whole = ormsgpack.packb({"sequence": 1, "end": T0, "barometer": {"t": [], "pressure": []}})
+    for sent in (whole + more, whole + whole, whole[:-less]):
+        with pytest.raises(InvalidInput, match="MessagePack") as refusal:
+            parse_batch(sent, Packing.MSGPACK)
+        assert refusal.value.field == ""
+
+
+@given(st.lists(st.floats(100, 1200) | st.sampled_from([0, 99, 1201, -5, 1e308, 2**63])))
+def test_a_pressure_of_no_air_is_dropped_and_counted(pressure: list[float]) -> None:
+    times = [T0 + index for index in range(len(pressure))]
+    batch = parsed({"sequence": 0, "barometer": {"t": times, "pressure": pressure}})
+    kept = [(time / 1000, value) for time, value in zip(times, pressure, strict=True) if 100 <= value <= 1200]
+    assert list(zip(batch.barometer.time_s, batch.barometer.pressure_hpa, strict=True)) == kept
+    assert batch.dropped == len(pressure) - len(kept)
+    assert batch.end_s == (times[-1] / 1000 if times else None)
 
 
 @pytest.mark.parametrize("sequence", [-1, 2**31, 2**80, 1.5, "1", True, None])

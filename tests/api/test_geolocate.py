@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import errno
 from typing import Any
 
 import numpy as np
@@ -7,7 +8,9 @@ import pytest
 from fastapi import FastAPI
 from fastapi.testclient import TestClient
 
-from app.api.geolocate import geolocate_router, parse_scan
+from app.api.geolocate import BODY_LIMIT_BYTES, geolocate_router, parse_scan
+from app.api.problems import install_problems
+from app.errors import DependencyDown, Forbidden, NotLocal, Unauthenticated
 from app.floorplan.georeference import Georeference
 from app.fusion.interface import Floor, Site
 from app.observations import Position, WifiScan
@@ -97,6 +100,53 @@ def test_a_body_that_cannot_be_read_is_a_parse_error(client: TestClient, sent: b
     answer = client.post("/v1/geolocate", content=sent)
     assert answer.status_code == 400
     assert answer.json()["error"]["errors"][0]["reason"] == "parseError"
+
+
+def test_a_body_beyond_its_bound_is_too_large_in_the_same_form(client: TestClient) -> None:
+    for answer in (
+        client.post("/v1/geolocate", content=b" " * (BODY_LIMIT_BYTES + 1)),
+        client.post("/v1/geolocate", json=heard(list(range(1, 3000)))),
+    ):
+        error = answer.json()["error"]
+        assert (answer.status_code, error["code"], error["errors"][0]["reason"]) == (413, 413, "uploadTooLarge")
+
+
+@pytest.mark.parametrize(
+    ("raised", "status", "reason", "header"),
+    [
+        (Unauthenticated("no key"), 401, "keyInvalid", "WWW-Authenticate"),
+        (Forbidden("no scope"), 403, "accessNotConfigured", "WWW-Authenticate"),
+        (NotLocal("elsewhere"), 403, "accessNotConfigured", None),
+        (DependencyDown("away"), 503, "backendError", "Retry-After"),
+        (OSError(errno.ENOSPC, "full"), 503, "backendError", "Retry-After"),
+    ],
+)
+def test_what_keeps_requests_out_is_told_in_the_same_form(
+    raised: Exception, status: int, reason: str, header: str | None
+) -> None:
+    def fail() -> None:
+        raise raised
+
+    app = FastAPI()
+    install_problems(app)
+    app.include_router(geolocate_router(lambda: None, fail))
+    answer = TestClient(app).post("/v1/geolocate", json={})
+    error = answer.json()["error"]
+    assert (answer.status_code, answer.headers["content-type"]) == (status, "application/json")
+    assert error == {"code": status, "message": error["message"], "errors": error["errors"]}
+    assert [one["reason"] for one in error["errors"]] == [reason] and error["message"]
+    assert header is None or header in answer.headers
+
+
+def test_a_defect_is_a_defect_here_too() -> None:
+    def fail() -> None:
+        raise ZeroDivisionError
+
+    app = FastAPI()
+    install_problems(app)
+    app.include_router(geolocate_router(lambda: None, fail))
+    answer = TestClient(app, raise_server_exceptions=False).post("/v1/geolocate", json={})
+    assert (answer.status_code, answer.headers["content-type"]) == (500, "application/problem+json")
 
 
 def test_ages_count_and_unusable_access_points_are_left_out() -> None:

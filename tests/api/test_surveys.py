@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import errno
 import gzip
 import json
 import lzma
@@ -13,6 +14,7 @@ from httpx import Response
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from app.services import surveys
 from app.services.worker_processes import WorkerProcesses
 from app.survey.admission import MAKE_FLOOR
 from app.wifi.radio_map_codec import decode_radio_map
@@ -157,8 +159,9 @@ MULTIPART = f"multipart/form-data; boundary={BOUNDARY}"
 GOOD_PART = part(content=walk())
 BAD_UPLOADS: dict[str, tuple[bytes | str, str, dict[str, str], int, str | None]] = {
     "multipart without a floor": (multipart(GOOD_PART), MULTIPART, {}, 422, "floor"),
-    "an unknown floor": (multipart(GOOD_PART), MULTIPART, {"floor": "F9"}, 422, "floor"),
-    "an unknown floor for a CSV": (CSV, "text/csv", {"floor": "F9"}, 422, "floor"),
+    "an unknown floor": (multipart(GOOD_PART), MULTIPART, {"floor": "F9"}, 404, "floor"),
+    "an unknown floor of a body": (json.dumps({**JSON, "floor": "F9"}), "application/json", {}, 404, "floor"),
+    "an unknown floor for a CSV": (CSV, "text/csv", {"floor": "F9"}, 404, "floor"),
     "multipart that is cut off": (multipart(GOOD_PART)[:-40], MULTIPART, {"floor": "F1"}, 422, "files"),
     "multipart without its last edge": (multipart(GOOD_PART, end=b"\r\n"), MULTIPART, {"floor": "F1"}, 422, "files"),
     "another boundary": (multipart(GOOD_PART), f"{MULTIPART}x", {"floor": "F1"}, 422, "files"),
@@ -271,6 +274,22 @@ def test_a_task_that_fails_tells_the_problem_that_the_request_would_have_had(ser
     task = ended(service, answer.json()["task"])
     assert (task["status"], task["receipt"]) == ("failed", None)
     assert task["problem"] == at_once
+    assert service.counts() == NOTHING
+
+
+def out_of_space(*_: object) -> None:
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
+def test_a_full_disk_is_told_in_the_same_words_by_a_request_and_by_a_task(
+    service: SurveyService, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(surveys, "read_upload", out_of_space)
+    at_once = service.upload(CSV, "text/csv")
+    assert "disk of the service is full" in problem(at_once, 503)["detail"]
+    answer = service.client.post(SURVEYS, content=CSV, headers={"Content-Type": "text/csv", "Prefer": "respond-async"})
+    task = ended(service, answer.json()["task"])
+    assert (task["status"], task["problem"]) == ("failed", at_once.json())
     assert service.counts() == NOTHING
 
 

@@ -203,6 +203,15 @@ def test_a_plan_that_is_nested_beyond_measure_is_refused(client: TestClient, ven
         assert client.put(f"{venue}/floors/F1", content=sent.encode()).status_code == 422
 
 
+def test_what_is_wrong_with_a_plan_of_any_size_is_named_with_its_path(client: TestClient, venue: str) -> None:
+    for size in (1, 2500):
+        features = [{"type": "Feature", "properties": None, "geometry": None, "name": "a" * 50}] * size
+        bad = {"type": "FeatureCollection", "features": [*features, {"type": "Feature", "geometry": 7}]}
+        refused = client.put(f"{venue}/floors/F1", json={**FLOOR, "plan": bad})
+        assert (refused.status_code, refused.json()["pointer"]) == (422, f"#/plan/features/{size}/geometry")
+        assert client.put(f"{venue}/floors/F1", json={**FLOOR, "plan": {**bad, "features": features}}).is_success
+
+
 def test_a_plan_that_lies_elsewhere_or_nowhere_is_accepted_with_a_warning(client: TestClient, venue: str) -> None:
     nowhere = client.put(f"{venue}/floors/F1", json={**FLOOR, "plan": PLAN})
     assert nowhere.status_code == 201 and "georeference" in nowhere.json()["warnings"][0]
@@ -274,7 +283,7 @@ def test_an_unknown_floor_is_not_found(client: TestClient, venue: str, floor: st
 
 def test_a_session_sees_a_floor_as_soon_as_it_is_there(client: TestClient, venue: str) -> None:
     opening = {"venue": venue.rpartition("/")[2], "floor": "F1"}
-    assert client.post("/v1/sessions", json=opening).status_code == 422
+    assert client.post("/v1/sessions", json=opening).status_code == 404
     client.put(f"{venue}/floors/F1", json=FLOOR)
     session = client.post("/v1/sessions", json={**opening, "method": "integrity_ukf"})
     assert session.status_code == 201, session.text

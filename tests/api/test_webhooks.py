@@ -70,6 +70,35 @@ def test_what_cannot_be_posted_to_is_refused_and_named(client: TestClient, url: 
     assert (answer.status_code, answer.json()["field"]) == (422, "url")
 
 
+@pytest.mark.parametrize(
+    "host",
+    [
+        "169.254.169.254",
+        "169.254.0.1:8080",
+        "2852039166",
+        "0xa9.254.43518",
+        "[fe80::1]",
+        "[febf::1%25eth0]",
+        "[::ffff:169.254.169.254]",
+        "[fd00:ec2::254]",
+        "100.100.100.200",
+    ],
+)
+def test_a_link_local_or_metadata_address_is_refused_with_the_remedy(client: TestClient, host: str) -> None:
+    answer = client.post(HOOKS, json={"url": f"http://{host}/hook"})
+    assert (answer.status_code, answer.json()["pointer"]) == (422, "#/url")
+    assert "name the receiver's own" in answer.json()["detail"]
+
+
+@pytest.mark.parametrize(
+    "host", ["127.0.0.1", "localhost", "10.1.2.3", "192.168.0.1", "172.16.9.9", "[::1]", "[fd00::1]", "169.253.1.1"]
+)
+def test_addresses_of_the_own_network_are_allowed(client: TestClient, host: str) -> None:
+    made = client.post("/v1/venues/other/webhooks", json={"url": f"http://{host}/hook"})
+    assert made.status_code == 201
+    client.delete(f"/v1/venues/other/webhooks/{made.json()['webhook']}")
+
+
 @pytest.mark.parametrize("body", [{}, {"url": 1}, {"url": "http://a/", "secret": "mine"}])
 def test_a_body_that_is_none_is_refused(client: TestClient, body: dict[str, object]) -> None:
     assert client.post(HOOKS, json=body).status_code == 422

@@ -112,7 +112,8 @@ def test_traces_of_a_floor_that_is_not_there_are_refused(database: str, site: Pa
     (tmp_path / "attic").mkdir()
     (tmp_path / "attic" / "one.txt").write_bytes(walk())
     report = run_import(tmp_path / "attic", "--database", database, code=1)
-    assert report["rejected"] == [{"item": "attic: 1 traces", "reason": "floor must name a floor of the venue: F1, F2"}]
+    reason = "the venue has no floor 'attic'; it has F1, F2"
+    assert report["rejected"] == [{"item": "attic: 1 traces", "reason": reason}]
     assert report["surveys"] == [] and report["version"] is None
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from app.errors import InvalidInput, TooLarge
-from app.floorplan.plan_image import SIGNATURE, refuse_unusable_png
+from app.floorplan.plan_image import MOST_CHUNKS, SIGNATURE, refuse_unusable_png
 from tests.open_data import open_data
 
 
@@ -24,9 +24,9 @@ def chunk(name: bytes, data: bytes) -> bytes:
     return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
 
 
-def made_of(width: int, height: int, depth: int = 8, colour: int = 2, interlace: int = 0) -> bytes:
+def made_of(width: int, height: int, depth: int = 8, colour: int = 2, interlace: int = 0, pieces: int = 1) -> bytes:
     header = struct.pack(">IIBBBBB", width, height, depth, colour, 0, 0, interlace)
-    return SIGNATURE + chunk(b"IHDR", header) + chunk(b"IDAT", b"") + chunk(b"IEND", b"")
+    return SIGNATURE + chunk(b"IHDR", header) + pieces * chunk(b"IDAT", b"") + chunk(b"IEND", b"")
 
 
 @pytest.mark.parametrize("mode", ["1", "L", "LA", "P", "RGB", "RGBA", "I;16"])
@@ -74,3 +74,9 @@ def test_more_pixels_than_a_browser_can_show_are_refused(width: int, height: int
     with pytest.raises(TooLarge):
         refuse_unusable_png(made_of(width, height))
     refuse_unusable_png(made_of(20_000, 5_000))
+
+
+def test_an_image_in_more_pieces_than_any_writer_makes_is_too_large() -> None:
+    refuse_unusable_png(made_of(5, 5, pieces=MOST_CHUNKS - 2))
+    with pytest.raises(TooLarge, match=str(MOST_CHUNKS)):
+        refuse_unusable_png(made_of(5, 5, pieces=MOST_CHUNKS - 1))

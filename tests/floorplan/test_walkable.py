@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from app.estimation.arrays import BoolArray, FloatArray
 from app.floorplan.georeference import Georeference
-from app.floorplan.walkable import drawing_work, plan_polygons, walkable_cells
+from app.floorplan.walkable import drawing_work, least_work, plan_polygons, walkable_cells
 
 PLACE = Georeference(30.0, 120.0, 0.3)
 NOWHERE = np.empty((0, 2))
@@ -121,3 +121,5 @@ def test_the_work_of_a_plan_is_that_within_the_frame() -> None:
     assert work(polygon(square(-900, -900, 900, 900))) == pytest.approx(work(outline), rel=1e-3)
     assert work(outline, outline, outline) == pytest.approx(3.0 * work(outline), rel=1e-3)
     assert work(outline, polygon(square(5, 5, 6, 6))) < 1.5 * work(outline)
+    drawn = plan(outline, {"type": "Point", "coordinates": [120.0, 30.0]}, polygon(square(5, 5, 6, 6)))
+    assert 0 < least_work(drawn) == 2 / 3 * least_work(plan(outline, outline, outline)) < work(outline, outline)

@@ -4,6 +4,7 @@ import base64
 import dataclasses
 import hashlib
 import hmac
+import ipaddress
 import itertools
 import json
 import time
@@ -14,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from app.services import webhook_delivery
+from app.services import webhook_delivery, webhooks
 from app.services.phones import public_number
 from app.services.venues import Venues
 from app.services.webhook_delivery import (
@@ -167,6 +168,18 @@ def test_an_alert_survives_a_restart_and_a_receiver_that_was_away(service: Phone
     with webhook_receiver(port) as receiver, delivering(service):
         assert json.loads(receiver.next().body)["type"] == "alert.raised"
         until(service, lambda row: row.waiting == 0)
+
+
+def test_a_name_that_leads_to_a_barred_address_gets_nothing(
+    service: PhoneService, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with webhook_receiver() as receiver, delivering(service):
+        register(service, receiver.url.replace("127.0.0.1", "localhost"))
+        monkeypatch.setattr(webhooks, "BARRED", (ipaddress.ip_network("127.0.0.0/8"), ipaddress.ip_network("::1")))
+        raise_alert(service)
+        row = until(service, lambda row: row.failure is not None)
+        assert "leads to 127.0.0.1" in str(row.failure) and row.waiting == 1
+        assert receiver.arrived.empty()
 
 
 def test_an_alert_that_never_arrives_is_given_up(service: PhoneService, monkeypatch: pytest.MonkeyPatch) -> None:

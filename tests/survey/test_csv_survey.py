@@ -114,10 +114,37 @@ def test_no_bytes_after_the_header_raise_anything(garbage: bytes) -> None:
     assert len(found) >= 1 or notes.rejections.count
 
 
-def test_a_line_without_an_end_is_cut_and_rejected() -> None:
-    found, notes = csv_survey(HEADER + row(1) + "x" * 1_000_000 + "\n" + row(2, t=T + 1))
+def test_a_line_without_an_end_is_one_row_and_rejected() -> None:
+    found, notes = csv_survey(HEADER + row(1) + "x" * 1_000_000 + "\n" + row(2, t=T + 1) + "bad\n" + '"' * 300_000)
     assert len(found) == 2
-    assert notes.rejections.count >= 10
+    assert list(reasons(notes)) == [3, 5, 6]
+
+
+def test_cells_may_be_in_quotes_and_hold_commas_and_quotes_then() -> None:
+    text = (
+        "floor,x,y,t,bssid,ssid,rssi\n"
+        + f'"F1","1",2,{T},{mac(1)},"a ""good"", place_nomap",-50\n'
+        + f'F1,1,2,{T},{mac(2)},6" of rain,"-50"\n'
+    )
+    found, notes = csv_survey(text)
+    assert [levels(one) for one in found] == [{mac(2): -50}]
+    assert notes.rejections.count == 0
+
+
+LINES = st.text(st.characters(codec="utf-8", exclude_characters="\n\r"), min_size=1) | st.sampled_from(
+    ['"', 'F1,1,2,"', '"F1,1,2', row().strip().replace("F1", '"F1'), "x" * 100_000, "x" * 250_000, '"' * 99_999]
+)
+
+
+@given(st.lists(st.none() | LINES, max_size=30), st.sampled_from(["\n", "\r\n", "\r"]))
+def test_among_any_lines_the_good_ones_land_and_the_others_are_rejected_by_number(
+    lines: list[str | None], end: str
+) -> None:
+    good = [number for number, line in enumerate(lines, start=2) if line is None]
+    rows = [row(t=T + number).strip() if line is None else line for number, line in enumerate(lines, start=2)]
+    found, notes = csv_survey(end.join([HEADER.strip(), *rows]))
+    assert [round(1000 * one.time_s) - T for one in found] == good
+    assert [one.item for one in notes.rejections.listed] == [n for n in range(2, 2 + len(lines)) if n not in good]
 
 
 CELLS = st.text(st.characters(codec="utf-8"), max_size=12)

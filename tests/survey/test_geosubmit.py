@@ -53,7 +53,7 @@ def test_a_report_lands_where_its_coordinates_are_in_the_frame() -> None:
         (["F2", "B1"], None, "F2"),
         (["B1"], None, "B1"),
         (["F2", "F1"], "F2", "F2"),
-        (["F2", "F1"], "F9", "F1"),
+        (["F2", "F1"], "", "F1"),
     ],
 )
 def test_of_floors_above_one_another_the_named_one_counts_or_the_ground_floor(
@@ -62,6 +62,11 @@ def test_of_floors_above_one_another_the_named_one_counts_or_the_ground_floor(
     chosen = [one for one in FLOORS if one.extent.floor in floors]
     ((_, found),) = placed(report(position={"floor": said}), floors=chosen)
     assert found.floor == expected
+
+
+@pytest.mark.parametrize("said", ["F9", 2, ["F1"]])
+def test_a_report_of_a_floor_that_is_not_there_is_not_put_on_another(said: Any) -> None:
+    assert placed(report(position={"floor": said})) == []
 
 
 def test_a_place_that_two_venues_claim_is_nobodys() -> None:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.errors import InvalidInput, TooLarge
+from app.errors import InvalidInput, NotFound, TooLarge
 from app.survey.json_survey import MOST_VALUES
 from app.wifi.beacons import beacon_key
 from tests.survey.surveys import json_survey, levels, reasons
@@ -97,7 +97,6 @@ def test_networks_that_opted_out_are_dropped_without_a_word() -> None:
 @pytest.mark.parametrize(
     ("sent", "field"),
     [
-        (body(place(), floor="F9"), "floor"),
         (body(place(), floor=None), "floor"),
         (body(place(), floor=["F1"]), "floor"),
         (body(place(), colour=1), "colour"),
@@ -124,6 +123,24 @@ def test_a_body_that_is_no_survey_is_refused_by_its_field(sent: bytes, field: st
     with pytest.raises(InvalidInput) as refused:
         json_survey(sent)
     assert refused.value.field == field
+
+
+@pytest.mark.parametrize("number", ["1e400", "-1e400", "123456789012345678901234567890", "9" * 5000])
+@pytest.mark.parametrize("place", ['"x":%s', '"x":1,"readings":[{"rssi":%s}]', '"unknown":[[%s]]'])
+def test_a_number_beyond_64_bits_is_refused_by_its_fingerprint_with_the_remedy(number: str, place: str) -> None:
+    good = '{"x":1,"y":2,"t":1,"readings":[]}'
+    sent = f'{{"floor":"F1","fingerprints":[{good},{{{place % number}}},{good}]}}'
+    with pytest.raises(
+        InvalidInput, match=r"^fingerprints\[1\] holds .* correct the number or leave it out$"
+    ) as refused:
+        json_survey(sent.encode())
+    assert refused.value.field == "fingerprints[1]"
+
+
+def test_a_floor_that_the_venue_does_not_have_is_not_found() -> None:
+    with pytest.raises(NotFound, match="it has B1, F1") as refused:
+        json_survey(body(place(), floor="F9"))
+    assert refused.value.field == "floor"
 
 
 def test_a_fingerprint_that_would_not_fit_in_memory_is_refused_before_it_is_built() -> None:
