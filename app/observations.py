@@ -229,6 +229,8 @@ class Fix:
     checks, evidence : what was measured since the Fix before, in the order in which it came: for evaluation, smoothing
     and the watch over radio maps; never part of the answer.
     confirmed : access points that these scans heard as they were surveyed, once for each scan; likewise.
+    floor_certain, strange_m2 : whether the floor may be relied upon, and variance in each direction that scans have had
+    lately beyond those of surveyed places; both are in the level already.
     """
 
     time_s: float | None
@@ -244,3 +246,5 @@ class Fix:
     checks: tuple[InnovationCheck, ...] = ()
     evidence: tuple[Step | RadioFix, ...] = ()
     confirmed: tuple[int, ...] = ()
+    floor_certain: bool = True
+    strange_m2: float = 0.0
