@@ -49,7 +49,7 @@ GAP_S = 1.0
 SIGMA_ROTATION_VECTOR, SIGMA_COMPASS, SIGMA_NO_GYRO = 0.24, 0.24, 0.35
 """Of a step's heading against the way between waypoints, mall walks of folds 1-4: 68 % lie within."""
 
-SIZE, HEADING, VARIANCE, TURNED, COMPASS, ABSOLUTE, RATE, VERTICAL = range(8)
+SIZE, HEADING, VARIANCE, TURNED, COMPASS, RATE, VERTICAL = range(7)
 """Columns of `track`'s answer."""
 ALONG, ACROSS = range(2)
 """Columns of what it says of sway."""
@@ -150,9 +150,9 @@ def track(
     acc_time_s, gyr_time_s, mag_time_s, rot_time_s : (n,) each its own length, seconds, non-decreasing, none older than
         the newest already processed of its stream.
     acc, gyr, mag, rot : (n, 3) m/s^2, rad/s, microtesla, quaternion x y z.
-    answer : (n_acc, 8) written: norm of the acceleration, heading (rad, clockwise from north), its variance (without
+    answer : (n_acc, 7) written: norm of the acceleration, heading (rad, clockwise from north), its variance (without
         any absolute reference pi^2), accumulated turn by the gyroscope (without one: by the heading), bearing by the
-        compass (NaN without), 1.0 where the heading is absolute, norm of the angular rate, acceleration along gravity.
+        compass (NaN without), norm of the angular rate, acceleration along gravity.
     swayed : (n_acc, 2) written: acceleration along where the phone points and to the right of it, m/s^2; NaN of a phone
         whose screen does not face up.
     """
@@ -231,7 +231,7 @@ def track(
                     heading = azimuth(own)
                 else:
                     heading = azimuth(given)
-                variance, absolute = SIGMA_ROTATION_VECTOR**2, True
+                variance = SIGMA_ROTATION_VECTOR**2
             else:
                 heading = wrap(points + magnetic[DELTA])
                 if not has_field:
@@ -245,6 +245,6 @@ def track(
             answer[a, SIZE] = math.sqrt(acc[a, 0] ** 2 + acc[a, 1] ** 2 + acc[a, 2] ** 2)
             answer[a, HEADING], answer[a, VARIANCE], answer[a, TURNED] = heading, variance, scalars[TURN]
             answer[a, COMPASS] = magnetic[BEARING] if has_field else math.nan
-            answer[a, ABSOLUTE], answer[a, VERTICAL] = 1.0 * absolute, work[2]
             answer[a, RATE] = math.sqrt(rate[0] ** 2 + rate[1] ** 2 + rate[2] ** 2) if has_rate else 0.0
+            answer[a, VERTICAL] = work[2]
             time_s[ACC], a = now, a + 1
