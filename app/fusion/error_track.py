@@ -13,7 +13,6 @@ import numpy as np
 
 from app.estimation.angles import wrap
 from app.estimation.arrays import FloatArray
-from app.estimation.error_state_kalman import fed_back
 from app.estimation.extended_kalman import predict_covariance
 from app.fusion.adaptive_robust_settings import AdaptiveRobustSettings
 from app.fusion.state_codec import storable
@@ -22,7 +21,6 @@ from app.observations import Step
 from app.pdr.tracker import PdrOutput
 
 X, Y, LENGTH, HEADING = range(4)
-_RESET: FloatArray = np.eye(4)
 
 
 @storable
@@ -153,5 +151,5 @@ def put_right(track: ErrorTrack, error: FloatArray, covariance: FloatArray) -> E
         heading_rad=wrap(track.heading_rad + float(error[HEADING])),
         direction_rad=wrap(track.direction_rad + float(error[HEADING])),
         stride_m=max(track.stride_m + float(error[LENGTH]), 0.0),
-        covariance=fed_back(covariance, _RESET),
+        covariance=covariance,
     )
