@@ -229,8 +229,8 @@ class Fix:
     checks, evidence : what was measured since the Fix before, in the order in which it came: for evaluation, smoothing
     and the watch over radio maps; never part of the answer.
     confirmed : access points that these scans heard as they were surveyed, once for each scan; likewise.
-    floor_certain, strange_m2 : whether the floor may be relied upon, and variance in each direction that scans have had
-    lately beyond those of surveyed places; both are in the level already.
+    floor_certain : whether the floor may be relied upon.  unsurveyed_m2 : variance in each direction that scans have
+    had lately beyond what scans of surveyed places have. The level holds both already.
     """
 
     time_s: float | None
@@ -247,4 +247,4 @@ class Fix:
     evidence: tuple[Step | RadioFix, ...] = ()
     confirmed: tuple[int, ...] = ()
     floor_certain: bool = True
-    strange_m2: float = 0.0
+    unsurveyed_m2: float = 0.0

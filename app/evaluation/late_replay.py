@@ -129,7 +129,7 @@ def smoothed_answers(
             integrity.if2,
             integrity.if3,
             fix.floor_certain,
-            fix.strange_m2,
+            fix.unsurveyed_m2,
             walls,
         )
         told = track.answer(index, risk, then)

@@ -20,18 +20,18 @@ _NUMBERS_OF_STEP = 7
 @dataclass(frozen=True, slots=True)
 class Evidence:
     """motion : what the walker did at the end.  measured : since the Fix before, in the order in which it came.
-    floor_certain, strange_m2 : as of the Fix."""
+    floor_certain, unsurveyed_m2 : as of the Fix."""
 
     motion: Motion
     measured: tuple[Step | RadioFix, ...]
     floor_certain: bool = True
-    strange_m2: float = 0.0
+    unsurveyed_m2: float = 0.0
 
 
 def encode_evidence(fix: Fix) -> bytes:
     """What a Fix was made of, as bytes: some 65 a step, 90 a scan."""
     measured = [_packed(one) for one in fix.evidence]
-    return ormsgpack.packb([FORMAT, fix.motion.value, measured, bool(fix.floor_certain), float(fix.strange_m2)])
+    return ormsgpack.packb([FORMAT, fix.motion.value, measured, bool(fix.floor_certain), float(fix.unsurveyed_m2)])
 
 
 def decode_evidence(encoded: bytes) -> Evidence:
@@ -46,8 +46,8 @@ def decode_evidence(encoded: bytes) -> Evidence:
         layout, motion, measured, *known = ormsgpack.unpackb(encoded)
         if layout not in (1, FORMAT):
             raise ValueError(f"format {layout}, not {FORMAT}")
-        certain, strange_m2 = (False, 0.0) if layout == 1 else known
-        return Evidence(Motion(motion), tuple([_unpacked(row) for row in measured]), certain, strange_m2)
+        certain, unsurveyed_m2 = (False, 0.0) if layout == 1 else known
+        return Evidence(Motion(motion), tuple([_unpacked(row) for row in measured]), certain, unsurveyed_m2)
     except (ValueError, TypeError, IndexError) as error:
         raise DependencyDown(f"the stored evidence of a fix cannot be read: {error}") from error
 

@@ -20,7 +20,7 @@ class KnownThen:
 
     x_m, y_m, level_m : its place and protection level.  alert_limit_m : of the session.
     if2, if3 : whether a scan had just been left out, and whether there was a fault.
-    floor_certain, strange_m2 : as of the Fix.
+    floor_certain, unsurveyed_m2 : as of the Fix.
     walls : whether it kept to where a floor plan lets one walk.
     """
 
@@ -31,7 +31,7 @@ class KnownThen:
     if2: int = 0
     if3: int = 0
     floor_certain: bool = True
-    strange_m2: float = 0.0
+    unsurveyed_m2: float = 0.0
     walls: bool = False
 
     @property
@@ -77,7 +77,7 @@ class SmoothedTrack:
         of the walk is wrong: the level then reaches as far as the other's did. It also reaches contested fixes. Where
         the floor was uncertain the level stays what it was.
         """
-        spread_m2, tail = self.covariance_m2[index] + known.strange_m2 * np.eye(2), tail_at(risk)
+        spread_m2, tail = self.covariance_m2[index] + known.unsurveyed_m2 * np.eye(2), tail_at(risk)
         accuracy_m = radius_holding(spread_m2, ACCURACY_SHARE)
         level_m = max(protection_level_m(spread_m2, risk, tail), accuracy_m)
         moved_m = math.hypot(known.x_m - self.xy_m[index, 0], known.y_m - self.xy_m[index, 1])

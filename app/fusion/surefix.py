@@ -239,7 +239,7 @@ def _fix(
     phases = replace(state.phases, excluded=told, covers_m=covers_m)
     coasting = state.time_s - state.heard_s > settings.silent_after_s
     fix = assembled_fix(state.start, state.time_s, estimate, walker, phases, coasting, checks)
-    return replace(fix, floor_certain=certain, strange_m2=settings.beyond_m2(strange_m2))
+    return replace(fix, floor_certain=certain, unsurveyed_m2=settings.beyond_m2(strange_m2))
 
 
 def surefix(method: str = "surefix", settings: SurefixSettings | None = None) -> Method:

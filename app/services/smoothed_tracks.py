@@ -104,7 +104,7 @@ def _move(
         integrity["if2"],
         integrity["if3"],
         evidence.floor_certain,
-        evidence.strange_m2,
+        evidence.unsurveyed_m2,
         walls and site.space(track.floor[at]).walled,
     )
     told = track.answer(at, risk, then)

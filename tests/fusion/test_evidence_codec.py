@@ -40,17 +40,17 @@ def fix_of(evidence: list[Step | RadioFix], motion: Motion = Motion.WALKING) -> 
 
 @given(st.lists(steps | scans, max_size=8), st.sampled_from(Motion), st.booleans(), positive)
 def test_evidence_comes_back_as_it_was(
-    evidence: list[Step | RadioFix], motion: Motion, certain: bool, strange_m2: float
+    evidence: list[Step | RadioFix], motion: Motion, certain: bool, unsurveyed_m2: float
 ) -> None:
-    fix = replace(fix_of(evidence, motion), floor_certain=certain, strange_m2=strange_m2)
+    fix = replace(fix_of(evidence, motion), floor_certain=certain, unsurveyed_m2=unsurveyed_m2)
     decoded = decode_evidence(encode_evidence(fix))
-    assert (decoded.motion, decoded.floor_certain, decoded.strange_m2) == (motion, certain, strange_m2)
+    assert (decoded.motion, decoded.floor_certain, decoded.unsurveyed_m2) == (motion, certain, unsurveyed_m2)
     assert [repr(one) for one in decoded.measured] == [repr(one) for one in evidence]
 
 
 def test_evidence_that_did_not_say_whether_the_floor_was_certain_counts_as_if_it_was_not() -> None:
     decoded = decode_evidence(ormsgpack.packb([1, "still", []]))
-    assert (decoded.measured, decoded.floor_certain, decoded.strange_m2) == ((), False, 0.0)
+    assert (decoded.measured, decoded.floor_certain, decoded.unsurveyed_m2) == ((), False, 0.0)
 
 
 def test_a_step_takes_less_than_70_bytes() -> None:

@@ -246,7 +246,7 @@ def test_the_level_of_an_uncertain_floor_stays_beyond_the_alert_limit() -> None:
 def test_radii_and_covariance_grow_with_how_unlike_the_survey_scans_were() -> None:
     track = track_of(told(2))
     usual = track.answer(20, 0.01, as_known(track, 20))
-    strange = track.answer(20, 0.01, replace(as_known(track, 20), strange_m2=100.0))
+    strange = track.answer(20, 0.01, replace(as_known(track, 20), unsurveyed_m2=100.0))
     assert np.allclose(strange.covariance_m2, usual.covariance_m2 + 100.0 * np.eye(2))
     assert strange.accuracy_m == radius_holding(strange.covariance_m2, 0.68) > 15.0
     assert strange.level_m > 36.0 and not strange.usable
