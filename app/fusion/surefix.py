@@ -130,7 +130,8 @@ def _scanned(
     if found is None or (state.track is None and found.match.signal_distance >= settings.unlike):
         return state
     hint = state.start.floor_hint
-    storeys, floor = heard(state.storeys, state.floor, hint, site.radio_map, site, found.match, now_s)
+    unlike = found.strange.unlike
+    storeys, floor = heard(state.storeys, state.floor, hint, site.radio_map, site, found.match, unlike, now_s)
     if floor.decided != found.match.floor:
         found = known(floor.floor)
         if found is None:
@@ -164,7 +165,7 @@ def _scanned(
     limits, explained = settings.hypotheses, False
     if not first.fits:
         here_m = place(state.track, moved).xy_m
-        explained = found.unlike(site.radio_map, here_m, limits.here_m) < limits.unlike_here
+        explained = found.less_like(site.radio_map, here_m, limits.here_m) < limits.unlike_here
     state = _judged(state, first, fix, scan, moved, _space(state, site), settings, explained)
     return replace(state, phases=replace(state.phases, excluded=state.phases.excluded + foreign_told(found)))
 
@@ -222,10 +223,9 @@ def _fix(
     here, learnt = place(track, moved), DEFAULT if site.radio_map is None else calibration_of(site.radio_map)
     strange_m2 = state.strange_m2 or 0.0
     spread_m2 = settings.covariance_m2(here, strange_m2, learnt)
-    accuracy_m = settings.accuracy_m(here, strange_m2, learnt)
     level_m = settings.level_m(here, strange_m2, risk, learnt)
     position = Position(float(here.xy_m[0]), float(here.xy_m[1]), state.floor.floor)
-    estimate = Estimate(position, spread_m2, accuracy_m=accuracy_m, level_m=level_m)
+    estimate = Estimate(position, spread_m2, accuracy_m=settings.accuracy_m(here, strange_m2, learnt), level_m=level_m)
     covers_m = 0.0
     if state.rivalry is not None:
         there = place(state.rivalry.rival, moved)
