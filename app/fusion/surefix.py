@@ -222,21 +222,21 @@ def _fix(
     walker = Walker.of(moved, state.step_count, heading_of(track), stride_m, track.stride_s)
     here, learnt = place(track, moved), DEFAULT if site.radio_map is None else calibration_of(site.radio_map)
     strange_m2 = state.strange_m2 or 0.0
-    spread_m2 = settings.covariance_m2(here, strange_m2, learnt)
-    level_m = settings.level_m(here, strange_m2, risk, learnt)
-    position = Position(float(here.xy_m[0]), float(here.xy_m[1]), state.floor.floor)
-    estimate = Estimate(position, spread_m2, accuracy_m=settings.accuracy_m(here, strange_m2, learnt), level_m=level_m)
-    covers_m = 0.0
+    own_m = level_m = settings.level_m(here, strange_m2, risk, learnt)
     if state.rivalry is not None:
         there = place(state.rivalry.rival, moved)
-        covers_m = float(np.hypot(*(there.xy_m - here.xy_m))) + settings.level_m(there, strange_m2, risk, learnt)
+        apart_m = float(np.hypot(*(there.xy_m - here.xy_m)))
+        level_m = max(level_m, apart_m + settings.level_m(there, strange_m2, risk, learnt))
     if state.otherwise_m is not None:
-        covers_m = max(covers_m, math.dist(state.otherwise_m, here.xy_m) + level_m)
+        level_m = max(level_m, math.dist(state.otherwise_m, here.xy_m) + own_m)
     certain = state.floor.certainty >= settings.least_floor_certainty and not state.storeys.changing
     if not certain:
-        covers_m = max(covers_m, NOWHERE_SAFE * state.start.alert_limit_m)
+        level_m = max(level_m, NOWHERE_SAFE * state.start.alert_limit_m)
+    position = Position(float(here.xy_m[0]), float(here.xy_m[1]), state.floor.floor)
+    spread_m2 = settings.covariance_m2(here, strange_m2, learnt)
+    estimate = Estimate(position, spread_m2, accuracy_m=settings.accuracy_m(here, strange_m2, learnt), level_m=level_m)
     told = once_each(state.phases.excluded, excluded(state.watch, settings.access_points))
-    phases = replace(state.phases, excluded=told, covers_m=covers_m)
+    phases = replace(state.phases, excluded=told)
     coasting = state.time_s - state.heard_s > settings.silent_after_s
     fix = assembled_fix(state.start, state.time_s, estimate, walker, phases, coasting, checks)
     return replace(fix, floor_certain=certain, unsurveyed_m2=settings.beyond_m2(strange_m2))
