@@ -142,7 +142,7 @@ class RadioFix:
     """Where one scan alone puts the phone, before anybody asked the steps.
 
     xy_m : (2,) on the floor.  noise_m2 : (2, 2) the part of its error that is its own.  lasting_m2 : variance in each
-    direction of the part that the scans around share.  signal_distance : to the best of the map, 0 to 1.
+    direction of the part that the scans around share.  signal_distance : to the best of the map, in the matcher's unit.
     fits : whether the track that is answered from bears it out.  source : `wifi` or `bluetooth`.
     """
 

@@ -31,7 +31,7 @@ class SmoothingSettings:
     of clean walks, and the smaller, the better those with foreign scans.
     doubted_weight : of a fix that the forward track did not bear out, until the track has its shape.
     inflation : of the covariance. Errors of fixes in places that nobody surveyed last for a whole walk, which no
-    neighbouring fix can tell; what held 1 - risk of all answers of folds 1-4 with the tails of surefix.
+    neighbouring fix can tell; what held 1 - risk of all answers of folds 1-4 with WIFI_TAILS.
     window : links over which the first headings are turned together.
     """
 

@@ -24,6 +24,7 @@ class SurefixSettings:
     """Measured on folds 1-4 of the mall walks, never on fold 0, unless said otherwise.
 
     cloud : how steps move the track, and walls stop it.
+    hypotheses : when a fix contradicts the track, and a rival takes over.
     access_points : how faulty ones are found and left out.
     hearing : when a phone is deaf to some.
     facing : when it is held otherwise than the walker goes.
