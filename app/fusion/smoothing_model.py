@@ -27,6 +27,7 @@ _ANYWHERE_M2 = 1e4
 class SmoothingSettings:
     """Noise means what it does in TrackSettings; where it differs, it measured better on folds 1-4, never on fold 0.
 
+    unknown_turn_rad : of the turn of a step, or of a moment, that nobody saw.
     unlikely : squared Mahalanobis distance of a fix at which its weight is halved (Cauchy); 2 to 6 give the same track
     of clean walks, and the smaller, the better those with foreign scans.
     doubted_weight : of a fix that the forward track did not bear out, until the track has its shape.
