@@ -19,7 +19,7 @@ from numba import njit
 
 from app.estimation.angles import DEGREE, wrap
 from app.estimation.arrays import FloatArray
-from app.pdr.attitude_state import ACC, DRIFT, GYR, LEVEL_S, MAG, POINTED, REST_S, ROT, TURN
+from app.pdr.attitude_state import DRIFT, LEVEL_S, POINTED, REST_S, TURN
 from app.pdr.carrying_position import FACES_UP
 from app.pdr.compass import (
     BEARING,
@@ -37,6 +37,7 @@ from app.pdr.compass import (
 from app.pdr.gyroscope_bias import REST_AFTER_S, TAU_REST_S, learn_bias, notice_rest
 from app.pdr.gyroscope_stuck import gyroscope_stuck, notice_repeats
 from app.pdr.quaternion import azimuth, multiply, of_rotation_vector, rotate, turn_by
+from app.pdr.sample_order import ACC, GYR, MAG, ROT, next_sample
 
 TAU_GRAVITY_S, TAU_GRAVITY_NO_GYRO_S = 3.0, 0.6
 TURNING = 20.0 * DEGREE
@@ -160,15 +161,13 @@ def track(
     work, own, since, correction = np.zeros(3), np.zeros(4), np.zeros(4), np.zeros(4)
     then, given = anchor[1], anchor[0]
     a = g = m = r = 0
-    while a < len(acc_time_s) or g < len(gyr_time_s) or m < len(mag_time_s) or r < len(rot_time_s):
-        at_a = acc_time_s[a] if a < len(acc_time_s) else math.inf
-        at_g = gyr_time_s[g] if g < len(gyr_time_s) else math.inf
-        at_m = mag_time_s[m] if m < len(mag_time_s) else math.inf
-        at_r = rot_time_s[r] if r < len(rot_time_s) else math.inf
-        now = min(at_a, at_g, at_m, at_r)
+    while True:
+        stream, now = next_sample(acc_time_s, a, gyr_time_s, g, mag_time_s, m, rot_time_s, r)
+        if now == math.inf:
+            break
         has_rate = now - time_s[GYR] < STALE_S and not gyroscope_stuck(scalars, rest, magnetic)
         has_rotation = now - time_s[ROT] < STALE_S
-        if at_g == now:
+        if stream == GYR:
             interval_s = now - time_s[GYR]
             if interval_s > GAP_S:
                 scalars[LEVEL_S], interval_s = 0.0, 0.0
@@ -177,7 +176,7 @@ def track(
             if not gyroscope_stuck(scalars, rest, magnetic):
                 _on_rate(gyr, g, interval_s, rate, strapdown, inclination, scalars, bias, rest, work)
             time_s[GYR], g = now, g + 1
-        elif at_m == now:
+        elif stream == MAG:
             interval_s = min(now - time_s[MAG], GAP_S)
             multiply(inclination, strapdown, own)
             for k in range(3):
@@ -194,7 +193,7 @@ def track(
             else:
                 magnetic[BEARING] = math.nan
             time_s[MAG], m = now, m + 1
-        elif at_r == now:
+        elif stream == ROT:
             of_rotation_vector(rot[r], given)
             multiply(inclination, strapdown, then)
             # the own filter follows, so that nothing jumps when this stream ends

@@ -10,7 +10,7 @@ import numpy as np
 from app.estimation.angles import wrap
 from app.estimation.arrays import FloatArray
 from app.observations import AxisSamples, Batch, Carrying, Motion, Step
-from app.pdr import attitude, attitude_state, rhythm, step_detection
+from app.pdr import attitude, rhythm, sample_order, step_detection
 from app.pdr.attitude_state import AttitudeState
 from app.pdr.push import felt_after, kept_of, push_rad
 from app.pdr.step_detection import StepState
@@ -71,10 +71,10 @@ def advance_pdr(state: PdrState, batch: Batch, until_s: float | None = None) -> 
     `magnetic_heading_rad` is NaN.
     """
     newest = state.attitude.time_s
-    acc_time_s, acc = fresh_samples(batch.accelerometer, newest[attitude_state.ACC], until_s)
-    gyr_time_s, gyr = fresh_samples(batch.gyroscope, newest[attitude_state.GYR], until_s)
-    mag_time_s, mag = fresh_samples(batch.magnetometer, newest[attitude_state.MAG], until_s)
-    rot_time_s, rot = fresh_samples(batch.rotation_vector, newest[attitude_state.ROT], until_s)
+    acc_time_s, acc = fresh_samples(batch.accelerometer, newest[sample_order.ACC], until_s)
+    gyr_time_s, gyr = fresh_samples(batch.gyroscope, newest[sample_order.GYR], until_s)
+    mag_time_s, mag = fresh_samples(batch.magnetometer, newest[sample_order.MAG], until_s)
+    rot_time_s, rot = fresh_samples(batch.rotation_vector, newest[sample_order.ROT], until_s)
     if not (len(acc_time_s) or len(gyr_time_s) or len(mag_time_s) or len(rot_time_s)):
         return state, _output(state, ())
     attitude_arrays, step_arrays = state.attitude.arrays(), state.steps.arrays()
@@ -82,7 +82,7 @@ def advance_pdr(state: PdrState, batch: Batch, until_s: float | None = None) -> 
     attitude.track(attitude_arrays, acc_time_s, acc, gyr_time_s, gyr, mag_time_s, mag, rot_time_s, rot, tracked, swayed)
     felt = felt_after(state.felt, acc_time_s, tracked, swayed)
     # no more than one step in 0.3 s, nor than samples, plus those held from before
-    span_s = acc_time_s[-1] - max(acc_time_s[0] - 1.0, newest[attitude_state.ACC]) if len(acc_time_s) else 0.0
+    span_s = acc_time_s[-1] - max(acc_time_s[0] - 1.0, newest[sample_order.ACC]) if len(acc_time_s) else 0.0
     found = np.empty((min(int(span_s / rhythm.SHORTEST_S), len(acc_time_s)) + 8, 7))
     count = step_detection.detect(step_arrays, acc_time_s, tracked, found)
     after = PdrState(AttitudeState(*attitude_arrays), StepState(*step_arrays), kept_of(felt))
@@ -91,7 +91,7 @@ def advance_pdr(state: PdrState, batch: Batch, until_s: float | None = None) -> 
 
 def _output(state: PdrState, steps: tuple[Step, ...]) -> PdrOutput:
     signal, walk = state.steps.signal, state.steps.walk
-    until_s = float(state.attitude.time_s[attitude_state.ACC])
+    until_s = float(state.attitude.time_s[sample_order.ACC])
     since_step_s = until_s - float(walk[rhythm.STEP_S]) if math.isfinite(until_s) else math.inf
     period_s = float(walk[rhythm.PERIOD])
     walking = since_step_s < rhythm.STEP_OVERDUE * period_s
