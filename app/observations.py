@@ -142,7 +142,7 @@ class RadioFix:
     """Where one scan alone puts the phone, before anybody asked the steps.
 
     xy_m : (2,) on the floor.  noise_m2 : (2, 2) the part of its error that is its own.  lasting_m2 : variance in each
-    direction of the part that the scans around share.  signal_distance : to the best of the map, 0 to 1.
+    direction of the part that the scans around share.  signal_distance : to the best of the map, in the matcher's unit.
     fits : whether the track that is answered from bears it out.  source : `wifi` or `bluetooth`.
     """
 
@@ -229,6 +229,8 @@ class Fix:
     checks, evidence : what was measured since the Fix before, in the order in which it came: for evaluation, smoothing
     and the watch over radio maps; never part of the answer.
     confirmed : access points that these scans heard as they were surveyed, once for each scan; likewise.
+    floor_certain : whether the floor may be relied upon.  unsurveyed_m2 : variance in each direction that scans have
+    had lately beyond what scans of surveyed places have. The level holds both already.
     """
 
     time_s: float | None
@@ -244,3 +246,5 @@ class Fix:
     checks: tuple[InnovationCheck, ...] = ()
     evidence: tuple[Step | RadioFix, ...] = ()
     confirmed: tuple[int, ...] = ()
+    floor_certain: bool = True
+    unsurveyed_m2: float = 0.0

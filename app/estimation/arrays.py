@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
@@ -22,3 +23,10 @@ def looked_up(value: IntArray, ascending: IntArray) -> tuple[IntArray, BoolArray
 def within(value: IntArray, ascending: IntArray) -> BoolArray:
     """(n,) whether each value is among others, which are in order."""
     return looked_up(value, ascending)[1]
+
+
+@njit(cache=True, nogil=True)
+def position_of(value: int, ascending: IntArray) -> int:
+    """Where one value is among others (n,), which are in order; -1 if nowhere."""
+    at = int(np.searchsorted(ascending, value))
+    return at if at < len(ascending) and ascending[at] == value else -1

@@ -1,7 +1,7 @@
 """The error-state Kalman filter: it estimates what is wrong with a nominal solution, which is then put right.
 
 The nominal state is moved by its own nonlinear equations; the filter holds only the covariance of its error, whose
-mean is zero again after every feedback.
+mean is zero again after every feedback. Errors are added to the nominal state, so feedback leaves the covariance as is.
 """
 
 from __future__ import annotations
@@ -25,13 +25,3 @@ def error_after(
     jacobian : (m, n) of the measurement to the error.  noise : (m, m).
     """
     return correct(np.zeros(covariance.shape[0]), covariance, innovation, jacobian, noise)
-
-
-@njit(cache=True)
-def fed_back(covariance: FloatArray, reset: FloatArray) -> FloatArray:
-    """Covariance (n, n) once the error is moved into the nominal state: G P G', G (n, n) the Jacobian of the reset.
-
-    G is the identity where the error is added to the nominal state.
-    """
-    after = reset @ covariance @ reset.T
-    return 0.5 * (after + after.T)

@@ -16,7 +16,8 @@ from app.evaluation.parallel import in_order
 from app.evaluation.recordings import FloorFolder, RecordedWalk
 from app.evaluation.replay import Answer, Coverage, replay
 from app.fusion.interface import Method, SessionStart, Site
-from app.fusion.track_smoothing import KnownThen, SmoothedTrack, smoothed
+from app.fusion.smoothed_track import KnownThen, SmoothedTrack
+from app.fusion.track_smoothing import smoothed
 from app.fusion.walk_timeline import Moment
 from app.observations import Batch, Fix
 
@@ -119,22 +120,31 @@ def smoothed_answers(
         if track is None or fix.position is None or level_m is None:
             found.append(answer)
             continue
-        integrity, limit_m = fix.integrity, fix.integrity.alert_limit_m
-        contradicted = bool(integrity.if2 or integrity.if3)
-        known_then = KnownThen(fix.position.x_m, fix.position.y_m, level_m, contradicted, limit_m, walls)
-        accuracy_m, after_m = track.radii_m(index, risk, known_then)
-        (xx, xy), (_, yy) = track.covariance_m2[index].tolist()
-        x_m, y_m = track.place_m(index, known_then).tolist()
+        at, integrity = fix.position, fix.integrity
+        then = KnownThen(
+            at.x_m,
+            at.y_m,
+            level_m,
+            integrity.alert_limit_m,
+            integrity.if2,
+            integrity.if3,
+            fix.floor_certain,
+            fix.unsurveyed_m2,
+            walls,
+        )
+        told = track.answer(index, risk, then)
+        (xx, xy), (_, yy) = told.covariance_m2.tolist()
+        x_m, y_m = told.xy_m.tolist()
         found.append(
             replace(
                 answer,
                 xy_m=(x_m, y_m),
                 error_m=math.hypot(x_m - answer.truth_xy_m[0], y_m - answer.truth_xy_m[1]),
                 floor_right=track.floor[index] == floor,
-                accuracy_m=accuracy_m,
+                accuracy_m=told.accuracy_m,
                 covariance_m2=((xx, xy), (xy, yy)),
-                protection_level_m=after_m,
-                usable=not integrity.if3 and after_m <= limit_m,
+                protection_level_m=told.level_m,
+                usable=told.usable,
             )
         )
     return found

@@ -29,9 +29,9 @@ def gyroscope_stuck(walk: RecordedWalk, elsewhere: Elsewhere, dice: Dice) -> Fau
     return from_middle(with_trace(walk, gyroscope=stuck, rotation_vector=AxisSamples()))
 
 
-def gyroscope_biased(walk: RecordedWalk, elsewhere: Elsewhere, dice: Dice, bias_radps: float = 0.2) -> FaultyWalk:
+def gyroscope_biased(walk: RecordedWalk, elsewhere: Elsewhere, dice: Dice, bias_rad_per_s: float = 0.2) -> FaultyWalk:
     """The gyroscope gains a bias about the device's z axis, in a phone without rotation vector."""
-    biased = _shifted(walk.trace.gyroscope, np.array([0.0, 0.0, bias_radps]), middle_s(walk))
+    biased = _shifted(walk.trace.gyroscope, np.array([0.0, 0.0, bias_rad_per_s]), middle_s(walk))
     return from_middle(with_trace(walk, gyroscope=biased, rotation_vector=AxisSamples()))
 
 

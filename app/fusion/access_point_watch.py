@@ -31,7 +31,8 @@ storable(AccessPointRecord)
 
 @dataclass(frozen=True, slots=True)
 class AccessPointWatchSettings:
-    """least_sigma_m, most_sigma_m : how far around the position the map is asked, by the position's own uncertainty.
+    """evidence, record : what one scan says, and what is made of several.
+    least_sigma_m, most_sigma_m : how far around the position the map is asked, by the position's own uncertainty.
     new_within_s : a reading older than this, or one that an earlier scan could have had, is no news.
     most_left_out : share of a scan's known access points that may be left out at most, the worst first: no few should
     make the many look wrong."""

@@ -6,7 +6,6 @@ docs/methods/adaptive_robust_kf.md says what differs and why, and what was measu
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -20,7 +19,7 @@ from app.fusion.batch_events import Event, knows_turns
 from app.fusion.error_track import ErrorTrack, aged, begun, headed, place, stepped
 from app.fusion.fix_assembly import Phases, Walker, fix_at, no_fix
 from app.fusion.floor_choice import chosen_floor, floor_before
-from app.fusion.heading_search import HeadingSearch, begun_at, found, walked
+from app.fusion.heading_search import HeadingSearch, sigma_of, sought, walked
 from app.fusion.interface import START_SIGMA_M, Method, SessionStart, Site
 from app.fusion.robust_measuring import process_noise, robust_update
 from app.fusion.scan_matching import match_scan, said
@@ -158,8 +157,7 @@ def _begun(
 
 def _sought(track: ErrorTrack, search: HeadingSearch) -> tuple[ErrorTrack, HeadingSearch]:
     """The track with a heading where fixes and steps have given it away."""
-    search = begun_at(search, track.xy_m)
-    heading = found(search, track.xy_m, math.sqrt(float(np.trace(track.covariance[:2, :2])) / 2.0))
+    search, heading = sought(search, track.xy_m, sigma_of(track.covariance))
     if heading is None:
         return track, search
     return headed(track, heading[0] - search.heading_rad, heading[1]), HeadingSearch()

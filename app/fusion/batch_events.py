@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from app.observations import Batch, BluetoothScan, WifiScan
-from app.pdr import attitude_state
+from app.pdr import sample_order
 from app.pdr.gyroscope_stuck import gyroscope_stuck
 from app.pdr.tracker import PdrOutput, PdrState, advance_pdr
 
@@ -77,5 +77,5 @@ def knows_turns(event: Event) -> bool:
     """Whether there is a gyroscope that works, without which a phone that lacks north knows no turns either."""
     attitude = event.pdr.attitude
     newest = attitude.time_s
-    fresh = bool(newest[attitude_state.GYR] > newest[attitude_state.ACC] - GYROSCOPE_STALE_S)
+    fresh = bool(newest[sample_order.GYR] > newest[sample_order.ACC] - GYROSCOPE_STALE_S)
     return fresh and not gyroscope_stuck(attitude.scalars, attitude.rest, attitude.magnetic)

@@ -56,7 +56,8 @@ def with_beacons(
     if alone:
         match = soft_match(beacons, *told, BEACON_MATCH)
         if match is not None:
-            storeys, floor = heard(storeys, floor, state.start.floor_hint, beacons, site, _doubted(match), now_s)
+            hint, doubted = state.start.floor_hint, _doubted(match)
+            storeys, floor = heard(storeys, floor, hint, beacons, site, doubted, match.unlike, now_s)
     if floor is not None and (match is None or beacons.floors[match.floor] != floor.floor):
         match = _on_floor(beacons, told, floor.floor)
     if match is None or floor is None or (state.track is None and not _begins(match, site.radio_map, settings)):

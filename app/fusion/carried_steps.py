@@ -9,7 +9,7 @@ from app.estimation.angles import wrap
 from app.fusion.dual_settings import DualSettings
 from app.fusion.heading_search import HeadingSearch
 from app.fusion.state_codec import storable
-from app.observations import Batch, Carrying, Step
+from app.observations import Batch, Step
 from app.pdr.carried_phone import CarriedPhone, advance_carried
 from app.pdr.carried_state import CarriedMotion
 from app.pdr.carrying_position import Recognised
@@ -53,7 +53,6 @@ class CarriedStep:
     south: an axis has two ends."""
 
     step: Step
-    carrying: Carrying
     length_sigma_m: float
     heading_variance: float
     north: bool
@@ -93,7 +92,7 @@ def taken(
     sigma_m = constants_of(carrying).sigma_m
     if len(cells) < LEAST_CELLS:  # a gap: nothing but the shared detector knows of this step
         told = replace(step, length_m=length_m)
-        return carried, CarriedStep(told, carrying, sigma_m, step.heading_sigma_rad**2, step.absolute)
+        return carried, CarriedStep(told, sigma_m, step.heading_sigma_rad**2, step.absolute)
     middle_s = step.time_s - 0.5 * step.duration_s
     direction, variance = walked_on(
         carried.direction, cells, phone.motion.pose_near(middle_s), carrying, settings.direction
@@ -102,9 +101,7 @@ def taken(
     change_rad = wrap(direction.heading_rad - before) if math.isfinite(before) else 0.0
     told = replace(step, length_m=length_m, heading_rad=direction.heading_rad, heading_change_rad=change_rad)
     end_known = carried.end_known or is_looked_at(cells, carrying)
-    found = CarriedStep(
-        told, carrying, sigma_m, variance + settings.heading_rad**2, phone.motion.is_absolute, end_known
-    )
+    found = CarriedStep(told, sigma_m, variance + settings.heading_rad**2, phone.motion.is_absolute, end_known)
     return replace(carried, direction=direction, end_known=end_known), found
 
 

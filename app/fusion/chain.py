@@ -10,7 +10,7 @@ import numpy as np
 from app.estimation.angles import wrap
 from app.estimation.arrays import FloatArray
 from app.fusion.batch_events import Event, knows_turns
-from app.fusion.heading_search import HeadingSearch, begun_at, found, walked
+from app.fusion.heading_search import HeadingSearch, sought, walked
 from app.fusion.position_ekf import LOST_SHARE
 from app.fusion.state_codec import storable
 from app.fusion.trust_chain_settings import TrustChainSettings
@@ -114,8 +114,7 @@ def north_found(chain: Chain) -> Chain:
     """The chain with north where fixes and steps have given it away."""
     if chain.heading_rad is not None or chain.offset_rad is not None:
         return chain
-    north = begun_at(chain.north, chain.at_m)
-    heading = found(north, chain.at_m, chain.sigma_m)
+    north, heading = sought(chain.north, chain.at_m, chain.sigma_m)
     if heading is None:
         return replace(chain, north=north)
     return replace(chain, offset_rad=wrap(heading[0] - north.heading_rad), north=HeadingSearch())

@@ -21,7 +21,7 @@ from app.fusion.carried_steps import Carried, CarriedStep, in_frame, reversed_by
 from app.fusion.dual_settings import DualSettings
 from app.fusion.fix_assembly import Phases, Walker, fix_at, no_fix
 from app.fusion.floor_choice import chosen_floor, floor_before
-from app.fusion.heading_search import HeadingSearch, begun_at, found, walked
+from app.fusion.heading_search import HeadingSearch, sigma_of, sought, walked
 from app.fusion.integrity_measuring import measure_fix, phases_of
 from app.fusion.interface import Method, SessionStart, Site
 from app.fusion.state_codec import storable
@@ -171,15 +171,14 @@ def _scanned(
         return replace(state, track=track, search=HeadingSearch(), streak=0, phases=phases)
     track = replace(track, mean=tested.mean, covariance=tested.covariance)
     state = replace(state, track=track, streak=streak, phases=phases)
-    return _sought(state, match.xy_m, math.sqrt(float(np.trace(match.covariance_m2)) / 2.0))
+    return _sought(state, match.xy_m, sigma_of(match.covariance_m2))
 
 
 def _sought(state: DualState, fix_m: FloatArray, sigma_m: float) -> DualState:
     """What fixes and steps give away of the way: north, or that it was taken for its opposite."""
     track, carried = state.track, state.carried
-    search = begun_at(state.search, fix_m)
+    search, heading = sought(state.search, fix_m, sigma_m)
     state = replace(state, search=search)
-    heading = found(search, fix_m, sigma_m)
     if heading is None or track is None:
         return state
     north = carried.phone.motion.is_absolute

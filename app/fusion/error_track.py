@@ -13,16 +13,14 @@ import numpy as np
 
 from app.estimation.angles import wrap
 from app.estimation.arrays import FloatArray
-from app.estimation.error_state_kalman import fed_back
 from app.estimation.extended_kalman import predict_covariance
 from app.fusion.adaptive_robust_settings import AdaptiveRobustSettings
 from app.fusion.state_codec import storable
-from app.fusion.unseen import drift_m2_per_s
+from app.fusion.unseen import drifted
 from app.observations import Step
 from app.pdr.tracker import PdrOutput
 
 X, Y, LENGTH, HEADING = range(4)
-_RESET: FloatArray = np.eye(4)
 
 
 @storable
@@ -122,14 +120,9 @@ def stepped(
 
 def aged(track: ErrorTrack, until_s: float, moved: PdrOutput) -> ErrorTrack:
     """The track after time has passed that no step accounts for: nothing changes for a walker who stands still."""
-    seconds = until_s - track.time_s
-    if seconds <= 0.0:
+    if until_s <= track.time_s:
         return track
-    growth_m2 = drift_m2_per_s(until_s, moved) * seconds
-    covariance = track.covariance.copy()
-    covariance[X, X] += growth_m2
-    covariance[Y, Y] += growth_m2
-    return replace(track, covariance=covariance, time_s=until_s)
+    return replace(track, covariance=drifted(track.covariance, track.time_s, until_s, moved), time_s=until_s)
 
 
 def place(track: ErrorTrack, moved: PdrOutput) -> tuple[FloatArray, FloatArray]:
@@ -153,5 +146,5 @@ def put_right(track: ErrorTrack, error: FloatArray, covariance: FloatArray) -> E
         heading_rad=wrap(track.heading_rad + float(error[HEADING])),
         direction_rad=wrap(track.direction_rad + float(error[HEADING])),
         stride_m=max(track.stride_m + float(error[LENGTH]), 0.0),
-        covariance=fed_back(covariance, _RESET),
+        covariance=covariance,
     )

@@ -12,36 +12,42 @@ import ormsgpack
 from app.errors import DependencyDown
 from app.observations import Fix, Motion, RadioFix, Step
 
-FORMAT = 1
+FORMAT = 2
 _NUMBERS_OF_STEP = 7
 """The first of its fields: smoothing does not ask how a phone is held."""
 
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """What was measured since the Fix before, in the order in which it came, and what the walker did at the end."""
+    """motion : what the walker did at the end.  measured : since the Fix before, in the order in which it came.
+    floor_certain, unsurveyed_m2 : as of the Fix."""
 
     motion: Motion
     measured: tuple[Step | RadioFix, ...]
+    floor_certain: bool = True
+    unsurveyed_m2: float = 0.0
 
 
 def encode_evidence(fix: Fix) -> bytes:
     """What a Fix was made of, as bytes: some 65 a step, 90 a scan."""
-    return ormsgpack.packb([FORMAT, fix.motion.value, [_packed(one) for one in fix.evidence]])
+    measured = [_packed(one) for one in fix.evidence]
+    return ormsgpack.packb([FORMAT, fix.motion.value, measured, bool(fix.floor_certain), float(fix.unsurveyed_m2)])
 
 
 def decode_evidence(encoded: bytes) -> Evidence:
-    """What encode_evidence wrote.
+    """What encode_evidence wrote. Format 1 did not say whether the floor was certain: it counts as not, and no level is
+    smaller than it was.
 
     Raises
     ------
     DependencyDown : these are not such bytes; the store has lost some.
     """
     try:
-        layout, motion, measured = ormsgpack.unpackb(encoded)
-        if layout != FORMAT:
+        layout, motion, measured, *known = ormsgpack.unpackb(encoded)
+        if layout not in (1, FORMAT):
             raise ValueError(f"format {layout}, not {FORMAT}")
-        return Evidence(Motion(motion), tuple([_unpacked(row) for row in measured]))
+        certain, unsurveyed_m2 = (False, 0.0) if layout == 1 else known
+        return Evidence(Motion(motion), tuple([_unpacked(row) for row in measured]), certain, unsurveyed_m2)
     except (ValueError, TypeError, IndexError) as error:
         raise DependencyDown(f"the stored evidence of a fix cannot be read: {error}") from error
 

@@ -28,7 +28,6 @@ class Phases:
 
     disagreement_m : distance between the estimate and an observation that was taken out; 0 where none was.
     excluded : observations taken out.
-    covers_m : what the protection level must reach at least, because the walker may be at another place.
     """
 
     if1: int = 0
@@ -38,7 +37,6 @@ class Phases:
     threshold: float | None = None
     disagreement_m: float = 0.0
     excluded: tuple[Excluded, ...] = ()
-    covers_m: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,7 +167,7 @@ def assembled_fix(
         level_m = protection_level_m(spread, start.risk, estimate.tail, phases.disagreement_m)
     if accuracy_m is None:
         accuracy_m = radius_holding(spread, ACCURACY_SHARE)
-    level_m = max(level_m, phases.covers_m, accuracy_m)
+    level_m = max(level_m, accuracy_m)
     integrity = Integrity(
         flag=flag_of(phases, coasting),
         usable=not phases.if3 and level_m <= start.alert_limit_m,

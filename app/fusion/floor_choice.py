@@ -24,12 +24,24 @@ def floor_before(belief: FloorBelief | None, hint: str | None) -> str | None:
 
 
 def chosen_floor(
-    belief: FloorBelief | None, hint: str | None, radio_map: RadioMap, site: Site, match: Match
+    belief: FloorBelief | None,
+    hint: str | None,
+    radio_map: RadioMap,
+    site: Site,
+    match: Match,
+    unlike: float = 0.0,
 ) -> FloorBelief:
-    """The belief after one more scan. belief : before, None at the first scan.  hint : what the phone said at first."""
+    """The belief after one more scan.
+
+    Parameters
+    ----------
+    belief : before, None at the first scan.  hint : what the phone said at first.
+    unlike : signal distance of the scan to the best point of any floor, with which its vote fades; 0 of a method whose
+    votes do not.
+    """
     votes = match.floor_probability
     if belief is None and hint in radio_map.floors:
         votes = (votes + LEAST_VOTE) * np.where([floor == hint for floor in radio_map.floors], HINT_WEIGHT, 1.0)
         votes = votes / votes.sum()
     levels = {name: floor.level for name, floor in site.floors.items()}
-    return advance_floor(belief, radio_map.floors, votes, levels, floor_settings(radio_map), match.unlike)
+    return advance_floor(belief, radio_map.floors, votes, levels, floor_settings(radio_map), unlike)

@@ -39,23 +39,24 @@ def walked(search: HeadingSearch, step: Step) -> HeadingSearch:
     return HeadingSearch(search.walked_m + move_m, heading_rad, search.from_m)
 
 
-def begun_at(search: HeadingSearch, at_m: FloatArray) -> HeadingSearch:
-    """The search from the first fix on; it does not begin anew at later ones."""
-    return search if search.from_m is not None else HeadingSearch(from_m=at_m.copy())
-
-
-def found(search: HeadingSearch, at_m: FloatArray, sigma_m: float) -> tuple[float, float] | None:
-    """True heading of the newest step and its standard deviation (rad), or None while they cannot be told.
+def sought(search: HeadingSearch, at_m: FloatArray, sigma_m: float) -> tuple[HeadingSearch, tuple[float, float] | None]:
+    """The search after a fix, which begins it if none did before; true heading of the newest step and its standard
+    deviation (rad), or None while they cannot be told.
 
     Parameters
     ----------
     at_m : (2,) estimate of the place now that does not use any heading.  sigma_m : of it, in each direction.
     """
     if search.from_m is None:
-        return None
+        return HeadingSearch(from_m=at_m.copy()), None
     own_m, way = float(np.hypot(*search.walked_m)), at_m - search.from_m
     way_m = float(np.hypot(*way))
     if own_m < LEAST_WALKED_M or way_m < LEAST_SHARE * own_m:
-        return None
+        return search, None
     turned = math.atan2(way[0], way[1]) - math.atan2(search.walked_m[0], search.walked_m[1])
-    return wrap(search.heading_rad + turned), min(math.sqrt(2.0) * sigma_m / way_m, 1.0)
+    return search, (wrap(search.heading_rad + turned), min(math.sqrt(2.0) * sigma_m / way_m, 1.0))
+
+
+def sigma_of(covariance_m2: FloatArray) -> float:
+    """Standard deviation in each direction of a place, from a covariance (n, n) whose first components are x and y."""
+    return math.sqrt(float(np.trace(covariance_m2[:2, :2])) / 2.0)

@@ -8,7 +8,7 @@ hears. Where that makes it very much liker, the phone is deaf to them, and they 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -62,7 +62,8 @@ def after(hearing: Hearing, scan: WifiScan, settings: HearingSettings) -> Hearin
 class HeardMatch:
     """Where a scan was placed.
 
-    strange : the match that says how unlike the survey the scan is: another, where the phone may be deaf, or elsewhere.
+    strange : the match that says how unlike the survey the scan is: where the phone may be deaf, or elsewhere, the one
+    with everything. Its `unlike` counts, not that of `match`.
     fresh : the readings that count.  unheeded : (u,) access points that the map was read without.
     foreign : (f,) access points of the scan that are left out, because nobody heard them there.
     otherwise_m : (2,) where many of these are at home, if they are many.
@@ -75,7 +76,7 @@ class HeardMatch:
     foreign: IntArray
     otherwise_m: FloatArray | None = None
 
-    def unlike(self, radio_map: RadioMap, xy_m: FloatArray, within_m: float) -> float:
+    def less_like(self, radio_map: RadioMap, xy_m: FloatArray, within_m: float) -> float:
         """By how much the signal distance to the likest point around a place (2,) on that floor exceeds that to the
         likest of all: how much less the scan sounds like there. Infinite where nothing around was surveyed."""
         apart_m = np.hypot(*(radio_map.xy_m - xy_m).T)
@@ -130,4 +131,4 @@ def match_heard(
     if deaf is None or deaf.signal_distance > settings.liker * match.signal_distance:
         return plain
     strange = deaf if match.known >= settings.known * len(fresh.bssid) else match
-    return HeardMatch(replace(deaf, unlike=strange.unlike), strange, fresh, unheeded, told.foreign, told.otherwise_m)
+    return HeardMatch(deaf, strange, fresh, unheeded, told.foreign, told.otherwise_m)

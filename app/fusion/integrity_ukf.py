@@ -6,7 +6,6 @@ differs and why, and what was measured.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -18,7 +17,7 @@ from app.fusion.advancing import Findings, advanced
 from app.fusion.batch_events import Event, knows_turns
 from app.fusion.fix_assembly import Phases, Walker, fix_at, no_fix
 from app.fusion.floor_choice import chosen_floor, floor_before
-from app.fusion.heading_search import HeadingSearch, begun_at, found, walked
+from app.fusion.heading_search import HeadingSearch, sigma_of, sought, walked
 from app.fusion.integrity_measuring import after_step, measure_fix, noise_of, phases_of
 from app.fusion.integrity_settings import IntegritySettings
 from app.fusion.interface import Method, SessionStart, Site
@@ -147,8 +146,7 @@ def _scanned(
 
 def _sought(track: Track, search: HeadingSearch) -> tuple[Track, HeadingSearch]:
     """The track with a heading where fixes and steps have given it away, and the search from there on."""
-    search = begun_at(search, track.mean[:2])
-    heading = found(search, track.mean[:2], math.sqrt(float(np.trace(track.covariance[:2, :2])) / 2.0))
+    search, heading = sought(search, track.mean[:2], sigma_of(track.covariance))
     return (track, search) if heading is None else (headed(track, *heading, by_phone=False), HeadingSearch())
 
 

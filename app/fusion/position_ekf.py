@@ -19,7 +19,7 @@ from app.estimation.arrays import FloatArray
 from app.estimation.extended_kalman import correct, predict_covariance
 from app.fusion.state_codec import storable
 from app.fusion.two_stage_settings import PositionNoise
-from app.fusion.unseen import drift_m2_per_s
+from app.fusion.unseen import drifted
 from app.pdr.tracker import PdrOutput
 
 X, Y, LENGTH, HEADING = range(4)
@@ -99,14 +99,9 @@ def of(component: int) -> FloatArray:
 
 def aged(track: StepTrack, until_s: float, moved: PdrOutput) -> StepTrack:
     """The track after time has passed that no step accounts for: nothing changes for a walker who stands still."""
-    seconds = until_s - track.time_s
-    if seconds <= 0.0:
+    if until_s <= track.time_s:
         return track
-    growth_m2 = drift_m2_per_s(until_s, moved) * seconds
-    covariance = track.covariance.copy()
-    covariance[X, X] += growth_m2
-    covariance[Y, Y] += growth_m2
-    return replace(track, covariance=covariance, time_s=until_s)
+    return replace(track, covariance=drifted(track.covariance, track.time_s, until_s, moved), time_s=until_s)
 
 
 def place(track: StepTrack, moved: PdrOutput) -> tuple[FloatArray, FloatArray]:

@@ -1,4 +1,4 @@
-"""What `surefix` promises of a single WiFi fix, before steps or other scans have helped: how good a radio map is."""
+"""Levels of single WiFi fixes, before steps or other scans have helped: how good a radio map is."""
 
 from __future__ import annotations
 
@@ -17,7 +17,10 @@ from app.wifi.radio_map import RadioMap
 def single_fix_levels_m(
     radio_map: RadioMap, matches: Sequence[Match], risk: float, settings: SurefixSettings | None = None
 ) -> FloatArray:
-    """Protection level (n,) of the first fix of a session, of each of n matches, as the map's calibration has it."""
+    """Protection level (n,) of each of n matches by itself: the variance that `surefix` gives it, with WIFI_TAILS.
+
+    A session's first answer promises about as much, by tails and a least radius of its own.
+    """
     settings = settings or SurefixSettings()
     calibration, tail = calibration_of(radio_map), tail_at(risk)
     variances_m2 = (calibration.variance_m2(match, settings.distance_weight) for match in matches)

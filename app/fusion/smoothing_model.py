@@ -27,11 +27,12 @@ _ANYWHERE_M2 = 1e4
 class SmoothingSettings:
     """Noise means what it does in TrackSettings; where it differs, it measured better on folds 1-4, never on fold 0.
 
+    unknown_turn_rad : of the turn of a step, or of a moment, that nobody saw.
     unlikely : squared Mahalanobis distance of a fix at which its weight is halved (Cauchy); 2 to 6 give the same track
     of clean walks, and the smaller, the better those with foreign scans.
     doubted_weight : of a fix that the forward track did not bear out, until the track has its shape.
     inflation : of the covariance. Errors of fixes in places that nobody surveyed last for a whole walk, which no
-    neighbouring fix can tell; what held 1 - risk of all answers of folds 1-4 with the tails of surefix.
+    neighbouring fix can tell; what held 1 - risk of all answers of folds 1-4 with WIFI_TAILS.
     window : links over which the first headings are turned together.
     """
 

@@ -124,15 +124,16 @@ def heard(
     radio_map: RadioMap,
     site: Site,
     match: Match,
+    unlike: float,
     time_s: float,
 ) -> tuple[Storeys, FloorBelief]:
     """The storeys and the belief after one more scan. Other arguments as of chosen_floor."""
     record, level = storeys.heights, _levels(radio_map.floors, site)
     fresh = record.trusted and len(record.seconds) > 0 and time_s - record.newest_s <= SETTINGS.stale_s
     if not fresh or np.ptp(level) == 0.0:
-        return replace(storeys, base=None, agreed=0), chosen_floor(belief, hint, radio_map, site, match)
+        return replace(storeys, base=None, agreed=0), chosen_floor(belief, hint, radio_map, site, match, unlike)
     if belief is None or storeys.base is None or storeys.base.floors != radio_map.floors:
-        belief = chosen_floor(belief, hint, radio_map, site, match)
+        belief = chosen_floor(belief, hint, radio_map, site, match, unlike)
         base = belief if len(record.seconds) >= SMOOTH_S else None
         return replace(storeys, base=base, base_m=record.height_m, agreed=0, rested_s=0.0), belief
     likely, base = _by_height(storeys, level), storeys.base
@@ -140,7 +141,7 @@ def heard(
     known = storeys.agreed >= SETTINGS.held_after
     held = known and clear
     voting = floor_settings(radio_map)
-    votes = voting.doubted(match.floor_probability, match.unlike)
+    votes = voting.doubted(match.floor_probability, unlike)
     same = level[:, np.newaxis] == level
     # between floors of one level heights say nothing, so votes count there as ever
     calmed = votes * (same @ votes) ** (SETTINGS.held_weight - 1.0)

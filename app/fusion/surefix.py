@@ -130,7 +130,8 @@ def _scanned(
     if found is None or (state.track is None and found.match.signal_distance >= settings.unlike):
         return state
     hint = state.start.floor_hint
-    storeys, floor = heard(state.storeys, state.floor, hint, site.radio_map, site, found.match, now_s)
+    unlike = found.strange.unlike
+    storeys, floor = heard(state.storeys, state.floor, hint, site.radio_map, site, found.match, unlike, now_s)
     if floor.decided != found.match.floor:
         found = known(floor.floor)
         if found is None:
@@ -164,7 +165,7 @@ def _scanned(
     limits, explained = settings.hypotheses, False
     if not first.fits:
         here_m = place(state.track, moved).xy_m
-        explained = found.unlike(site.radio_map, here_m, limits.here_m) < limits.unlike_here
+        explained = found.less_like(site.radio_map, here_m, limits.here_m) < limits.unlike_here
     state = _judged(state, first, fix, scan, moved, _space(state, site), settings, explained)
     return replace(state, phases=replace(state.phases, excluded=state.phases.excluded + foreign_told(found)))
 
@@ -222,25 +223,24 @@ def _fix(
     walker = Walker.of(moved, state.step_count, heading_of(track), stride_m, track.stride_s)
     here, learnt = place(track, moved), DEFAULT if site.radio_map is None else calibration_of(site.radio_map)
     strange_m2 = state.strange_m2 or 0.0
-    level_m = settings.level_m(here, strange_m2, risk, learnt)
-    estimate = Estimate(
-        Position(float(here.xy_m[0]), float(here.xy_m[1]), state.floor.floor),
-        settings.covariance_m2(here, strange_m2, learnt),
-        accuracy_m=settings.accuracy_m(here, strange_m2, learnt),
-        level_m=level_m,
-    )
-    told = once_each(state.phases.excluded, excluded(state.watch, settings.access_points))
-    phases = replace(state.phases, excluded=told)
+    own_m = level_m = settings.level_m(here, strange_m2, risk, learnt)
     if state.rivalry is not None:
         there = place(state.rivalry.rival, moved)
-        reach_m = float(np.hypot(*(there.xy_m - here.xy_m))) + settings.level_m(there, strange_m2, risk, learnt)
-        phases = replace(phases, covers_m=reach_m)
+        apart_m = float(np.hypot(*(there.xy_m - here.xy_m)))
+        level_m = max(level_m, apart_m + settings.level_m(there, strange_m2, risk, learnt))
     if state.otherwise_m is not None:
-        phases = replace(phases, covers_m=max(phases.covers_m, math.dist(state.otherwise_m, here.xy_m) + level_m))
+        level_m = max(level_m, math.dist(state.otherwise_m, here.xy_m) + own_m)
+    certain = state.floor.certainty >= settings.least_floor_certainty and not state.storeys.changing
+    if not certain:
+        level_m = max(level_m, NOWHERE_SAFE * state.start.alert_limit_m)
+    position = Position(float(here.xy_m[0]), float(here.xy_m[1]), state.floor.floor)
+    spread_m2 = settings.covariance_m2(here, strange_m2, learnt)
+    estimate = Estimate(position, spread_m2, accuracy_m=settings.accuracy_m(here, strange_m2, learnt), level_m=level_m)
+    told = once_each(state.phases.excluded, excluded(state.watch, settings.access_points))
+    phases = replace(state.phases, excluded=told)
     coasting = state.time_s - state.heard_s > settings.silent_after_s
-    if state.floor.certainty < settings.least_floor_certainty or state.storeys.changing:
-        phases = replace(phases, covers_m=max(phases.covers_m, NOWHERE_SAFE * state.start.alert_limit_m))
-    return assembled_fix(state.start, state.time_s, estimate, walker, phases, coasting, checks)
+    fix = assembled_fix(state.start, state.time_s, estimate, walker, phases, coasting, checks)
+    return replace(fix, floor_certain=certain, unsurveyed_m2=settings.beyond_m2(strange_m2))
 
 
 def surefix(method: str = "surefix", settings: SurefixSettings | None = None) -> Method:

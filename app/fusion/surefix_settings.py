@@ -24,6 +24,7 @@ class SurefixSettings:
     """Measured on folds 1-4 of the mall walks, never on fold 0, unless said otherwise.
 
     cloud : how steps move the track, and walls stop it.
+    hypotheses : when a fix contradicts the track, and a rival takes over.
     access_points : how faulty ones are found and left out.
     hearing : when a phone is deaf to some.
     facing : when it is held otherwise than the walker goes.
@@ -97,5 +98,9 @@ class SurefixSettings:
         least_m2 = self.least_radius_68_m**2 + (self.strange_68 * self._beyond_m(strange_m2)) ** 2
         return (learnt.reach * self.spread) ** 2 * (here.covariance_m2 + least_m2 / 2.28 * np.eye(2))
 
+    def beyond_m2(self, strange_m2: float) -> float:
+        """What of that variance scans of surveyed places do not have."""
+        return max(strange_m2 - self.strange_usual_m2, 0.0)
+
     def _beyond_m(self, strange_m2: float) -> float:
-        return math.sqrt(max(strange_m2 - self.strange_usual_m2, 0.0))
+        return math.sqrt(self.beyond_m2(strange_m2))

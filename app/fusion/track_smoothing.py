@@ -7,9 +7,7 @@ everybody does. docs/smoothing.md says what it measures.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +15,7 @@ from numpy.typing import NDArray
 from app.estimation.angles import wrap_all
 from app.estimation.arrays import FloatArray, IntArray
 from app.estimation.block_chain import banded, covariances, solved
+from app.fusion.smoothed_track import SmoothedTrack
 from app.fusion.smoothing_model import (
     HEADING,
     SIZE,
@@ -28,7 +27,6 @@ from app.fusion.smoothing_model import (
     normal_equations,
 )
 from app.fusion.walk_timeline import Moment, Timeline, timeline
-from app.integrity.protection_level import ACCURACY_SHARE, NOWHERE_SAFE, protection_level_m, radius_holding, tail_at
 from app.observations import RadioFix, Step
 
 SETTLED_M = 0.02
@@ -40,72 +38,8 @@ LARGEST_TURN_RAD = 0.7
 LEAST_WEIGHT = 1e-3
 BORNE_OUT = 0.25
 """Weight of a fix that the track agrees with."""
-SHARE_THEN = 0.4
-"""Of an answer that walls had a part in, in the smoothed place. Mall, folds 1-4: 0.3 to 0.5 are best."""
 FACED_WITHIN_RAD = 1.0
 """Standard deviation of a heading that says something."""
-
-
-@dataclass(frozen=True, slots=True)
-class KnownThen:
-    """What a Fix said at the time. contradicted : a scan had just been left out (IF2), or there was a fault (IF3).
-    walls : whether it kept to where a floor plan lets one walk.  alert_limit_m : of the session."""
-
-    x_m: float
-    y_m: float
-    level_m: float
-    contradicted: bool
-    alert_limit_m: float
-    walls: bool = False
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class SmoothedTrack:
-    """At each of n moments. time_s : (n,).  floor : names.  xy_m : (n, 2).  covariance_m2 : (n, 2, 2).
-    heading_rad : (n,) walking direction, NaN where nothing tells it.
-
-    contested_s : since when every fix up to the end has been at another place; None where the last word is agreed.
-    contested_xy_m : (k, 2) those fixes.  contested_m2 : (k,) their variance in each direction.
-    """
-
-    time_s: FloatArray
-    floor: list[str]
-    xy_m: FloatArray
-    covariance_m2: FloatArray
-    heading_rad: FloatArray
-    contested_s: float | None
-    contested_xy_m: FloatArray
-    contested_m2: FloatArray
-
-    def place_m(self, index: int, known: KnownThen) -> FloatArray:
-        """(2,) of the walker at a moment. The answer at the time knew of walls, the track knows what came after, and
-        they err apart: what lies between errs less than either. Where they contradict each other the track is right."""
-        then_m = np.array([known.x_m, known.y_m])
-        apart_m = math.hypot(*(then_m - self.xy_m[index]))
-        if not known.walls or known.contradicted or apart_m > known.level_m:
-            return np.asarray(self.xy_m[index], np.float64)
-        return np.asarray((1.0 - SHARE_THEN) * self.xy_m[index] + SHARE_THEN * then_m, np.float64)
-
-    def radii_m(self, index: int, risk: float, known: KnownThen) -> tuple[float, float]:
-        """The 68 % radius and the protection level at a moment.
-
-        Where scans contradicted each other, or the track lies beyond what was promised at the time, one of two accounts
-        of the walk is wrong: the level then reaches as far as the other's did. It also reaches contested fixes. Where
-        the floor was uncertain the level stays what it was.
-        """
-        spread_m2, tail = self.covariance_m2[index], tail_at(risk)
-        accuracy_m = radius_holding(spread_m2, ACCURACY_SHARE)
-        level_m = max(protection_level_m(spread_m2, risk, tail), accuracy_m)
-        moved_m = math.hypot(known.x_m - self.xy_m[index, 0], known.y_m - self.xy_m[index, 1])
-        if known.contradicted or moved_m > known.level_m:
-            level_m = max(level_m, moved_m + known.level_m)
-        if known.level_m == NOWHERE_SAFE * known.alert_limit_m:
-            level_m = max(level_m, known.level_m)
-        if self.contested_s is None or self.time_s[index] < self.contested_s:
-            return accuracy_m, level_m
-        apart_m = np.hypot(*(self.contested_xy_m - self.xy_m[index]).T)
-        around_m = [protection_level_m(float(m2) * np.eye(2), risk, tail) for m2 in self.contested_m2]
-        return accuracy_m, max(level_m, float(np.max(apart_m + around_m)))
 
 
 def smoothed(

@@ -24,7 +24,7 @@ from app.fusion.interface import START_SIGMA_M, Method, SessionStart, Site
 from app.fusion.position_ekf import StepTrack
 from app.fusion.scan_matching import HEAVY_TAILS, said
 from app.fusion.state_codec import storable
-from app.fusion.two_stage_measuring import after_direction, after_step, sought
+from app.fusion.two_stage_measuring import after_direction, after_step, north_sought
 from app.fusion.two_stage_settings import TwoStageSettings
 from app.fusion.wifi_direction import FIXES
 from app.observations import Batch, Fix, InnovationCheck, WifiScan
@@ -147,7 +147,7 @@ def _scanned(
     track = ekf.measured(track, innovation, jacobian, settings.position.of_fix_m2(match) * np.eye(2))
     fixes = np.concatenate([state.fixes[1 - FIXES :], [[state.time_s, *match.xy_m]]])
     if not track.headed:
-        track, north = sought(track, state.north)
+        track, north = north_sought(track, state.north)
         return replace(state, track=track, fixes=fixes, north=north)
     if settings.use_direction and straight_since(state.turned_s, float(fixes[0, 0])):
         track = after_direction(track, fixes[:, 1:], scan.time_s, settings, findings.checks)

@@ -10,7 +10,7 @@ import numpy as np
 from app.estimation.angles import wrap
 from app.estimation.arrays import FloatArray
 from app.fusion import position_ekf as ekf
-from app.fusion.heading_search import HeadingSearch, begun_at, found
+from app.fusion.heading_search import HeadingSearch, sigma_of, sought
 from app.fusion.position_ekf import StepTrack
 from app.fusion.two_stage_settings import TwoStageSettings
 from app.fusion.wifi_direction import direction_of
@@ -56,10 +56,9 @@ def after_direction(
     return _one(track, "direction", time_s, ekf.HEADING, innovation, settings.position.fix_heading_rad2, checks)
 
 
-def sought(track: StepTrack, north: HeadingSearch) -> tuple[StepTrack, HeadingSearch]:
+def north_sought(track: StepTrack, north: HeadingSearch) -> tuple[StepTrack, HeadingSearch]:
     """The track with a heading where fixes and steps have given it away."""
-    north = begun_at(north, track.mean[:2])
-    heading = found(north, track.mean[:2], math.sqrt(float(np.trace(track.covariance[:2, :2])) / 2.0))
+    north, heading = sought(north, track.mean[:2], sigma_of(track.covariance))
     return (track, north) if heading is None else (ekf.headed(track, *heading), HeadingSearch())
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from app.estimation.arrays import FloatArray
 from app.pdr.tracker import PdrOutput
 
 BLIND_AFTER_S = 2.0
@@ -25,3 +26,12 @@ def drift_m2_per_s(until_s: float, moved: PdrOutput) -> float:
     if is_blind(until_s, moved):
         return BLIND_M2_PER_S
     return 0.0 if moved.still_since_s is not None or moved.pending_fraction > 0.0 else DOUBTFUL_M2_PER_S
+
+
+def drifted(covariance: FloatArray, since_s: float, until_s: float, moved: PdrOutput) -> FloatArray:
+    """A copy of a covariance (n, n), whose first components are x and y, after time that no step accounts for."""
+    growth_m2 = drift_m2_per_s(until_s, moved) * (until_s - since_s)
+    covariance = covariance.copy()
+    covariance[0, 0] += growth_m2
+    covariance[1, 1] += growth_m2
+    return covariance

@@ -14,7 +14,7 @@ from app.estimation.arrays import FloatArray
 from app.fusion import walking_ukf as ukf
 from app.fusion.interface import START_SIGMA_M
 from app.fusion.state_codec import storable
-from app.fusion.unseen import BLIND_SPEED_MPS, drift_m2_per_s, is_blind
+from app.fusion.unseen import BLIND_SPEED_MPS, drifted, is_blind
 from app.observations import Step
 from app.pdr.tracker import PdrOutput
 
@@ -160,10 +160,7 @@ def aged(track: Track, until_s: float, moved: PdrOutput, settings: TrackSettings
     seconds = until_s - track.time_s
     if seconds <= 0.0:
         return track
-    growth_m2 = drift_m2_per_s(until_s, moved) * seconds
-    mean, covariance = track.mean, track.covariance.copy()
-    covariance[ukf.X, ukf.X] += growth_m2
-    covariance[ukf.Y, ukf.Y] += growth_m2
+    mean, covariance = track.mean, drifted(track.covariance, track.time_s, until_s, moved)
     if is_blind(until_s, moved) and len(mean) > ukf.PLAIN:
         kept = math.exp(-BLIND_SPEED_MPS * seconds / settings.bias_reach_m)
         mean = mean.copy()

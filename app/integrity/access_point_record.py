@@ -32,7 +32,7 @@ class AccessPointFault(StrEnum):
 class RecordSettings:
     """Measured on folds 1-4 of the mall walks.
 
-    excluded_at : score from which an access point is left out; no two scans reach it.  readmitted_at : down to which it
+    excluded_at : score from which an access point is left out; it takes four scans.  readmitted_at : down to which it
     stays so.  most_score : where the score stops.
     kept_at : score below which nothing is on record.  most : access points on record, those with the highest scores.
     suspicious : evidence of one scan that counts when the kind of fault is told.

@@ -19,7 +19,7 @@ from numba import njit
 
 from app.estimation.angles import DEGREE, wrap
 from app.estimation.arrays import FloatArray
-from app.pdr.attitude_state import ACC, DRIFT, GYR, LEVEL_S, MAG, POINTED, REST_S, ROT, TURN
+from app.pdr.attitude_state import DRIFT, LEVEL_S, POINTED, REST_S, TURN
 from app.pdr.carrying_position import FACES_UP
 from app.pdr.compass import (
     BEARING,
@@ -37,6 +37,7 @@ from app.pdr.compass import (
 from app.pdr.gyroscope_bias import REST_AFTER_S, TAU_REST_S, learn_bias, notice_rest
 from app.pdr.gyroscope_stuck import gyroscope_stuck, notice_repeats
 from app.pdr.quaternion import azimuth, multiply, of_rotation_vector, rotate, turn_by
+from app.pdr.sample_order import ACC, GYR, MAG, ROT, next_sample
 
 TAU_GRAVITY_S, TAU_GRAVITY_NO_GYRO_S = 3.0, 0.6
 TURNING = 20.0 * DEGREE
@@ -49,7 +50,7 @@ GAP_S = 1.0
 SIGMA_ROTATION_VECTOR, SIGMA_COMPASS, SIGMA_NO_GYRO = 0.24, 0.24, 0.35
 """Of a step's heading against the way between waypoints, mall walks of folds 1-4: 68 % lie within."""
 
-SIZE, HEADING, VARIANCE, TURNED, COMPASS, ABSOLUTE, RATE, VERTICAL = range(8)
+SIZE, HEADING, VARIANCE, TURNED, COMPASS, RATE, VERTICAL = range(7)
 """Columns of `track`'s answer."""
 ALONG, ACROSS = range(2)
 """Columns of what it says of sway."""
@@ -150,9 +151,9 @@ def track(
     acc_time_s, gyr_time_s, mag_time_s, rot_time_s : (n,) each its own length, seconds, non-decreasing, none older than
         the newest already processed of its stream.
     acc, gyr, mag, rot : (n, 3) m/s^2, rad/s, microtesla, quaternion x y z.
-    answer : (n_acc, 8) written: norm of the acceleration, heading (rad, clockwise from north), its variance (without
+    answer : (n_acc, 7) written: norm of the acceleration, heading (rad, clockwise from north), its variance (without
         any absolute reference pi^2), accumulated turn by the gyroscope (without one: by the heading), bearing by the
-        compass (NaN without), 1.0 where the heading is absolute, norm of the angular rate, acceleration along gravity.
+        compass (NaN without), norm of the angular rate, acceleration along gravity.
     swayed : (n_acc, 2) written: acceleration along where the phone points and to the right of it, m/s^2; NaN of a phone
         whose screen does not face up.
     """
@@ -160,15 +161,13 @@ def track(
     work, own, since, correction = np.zeros(3), np.zeros(4), np.zeros(4), np.zeros(4)
     then, given = anchor[1], anchor[0]
     a = g = m = r = 0
-    while a < len(acc_time_s) or g < len(gyr_time_s) or m < len(mag_time_s) or r < len(rot_time_s):
-        at_a = acc_time_s[a] if a < len(acc_time_s) else math.inf
-        at_g = gyr_time_s[g] if g < len(gyr_time_s) else math.inf
-        at_m = mag_time_s[m] if m < len(mag_time_s) else math.inf
-        at_r = rot_time_s[r] if r < len(rot_time_s) else math.inf
-        now = min(at_a, at_g, at_m, at_r)
+    while True:
+        stream, now = next_sample(acc_time_s, a, gyr_time_s, g, mag_time_s, m, rot_time_s, r)
+        if now == math.inf:
+            break
         has_rate = now - time_s[GYR] < STALE_S and not gyroscope_stuck(scalars, rest, magnetic)
         has_rotation = now - time_s[ROT] < STALE_S
-        if at_g == now:
+        if stream == GYR:
             interval_s = now - time_s[GYR]
             if interval_s > GAP_S:
                 scalars[LEVEL_S], interval_s = 0.0, 0.0
@@ -177,7 +176,7 @@ def track(
             if not gyroscope_stuck(scalars, rest, magnetic):
                 _on_rate(gyr, g, interval_s, rate, strapdown, inclination, scalars, bias, rest, work)
             time_s[GYR], g = now, g + 1
-        elif at_m == now:
+        elif stream == MAG:
             interval_s = min(now - time_s[MAG], GAP_S)
             multiply(inclination, strapdown, own)
             for k in range(3):
@@ -194,7 +193,7 @@ def track(
             else:
                 magnetic[BEARING] = math.nan
             time_s[MAG], m = now, m + 1
-        elif at_r == now:
+        elif stream == ROT:
             of_rotation_vector(rot[r], given)
             multiply(inclination, strapdown, then)
             # the own filter follows, so that nothing jumps when this stream ends
@@ -231,7 +230,7 @@ def track(
                     heading = azimuth(own)
                 else:
                     heading = azimuth(given)
-                variance, absolute = SIGMA_ROTATION_VECTOR**2, True
+                variance = SIGMA_ROTATION_VECTOR**2
             else:
                 heading = wrap(points + magnetic[DELTA])
                 if not has_field:
@@ -245,6 +244,6 @@ def track(
             answer[a, SIZE] = math.sqrt(acc[a, 0] ** 2 + acc[a, 1] ** 2 + acc[a, 2] ** 2)
             answer[a, HEADING], answer[a, VARIANCE], answer[a, TURNED] = heading, variance, scalars[TURN]
             answer[a, COMPASS] = magnetic[BEARING] if has_field else math.nan
-            answer[a, ABSOLUTE], answer[a, VERTICAL] = 1.0 * absolute, work[2]
             answer[a, RATE] = math.sqrt(rate[0] ** 2 + rate[1] ** 2 + rate[2] ** 2) if has_rate else 0.0
+            answer[a, VERTICAL] = work[2]
             time_s[ACC], a = now, a + 1

@@ -11,9 +11,8 @@ from app.estimation.arrays import FloatArray
 from app.pdr.compass import no_compass_yet
 from app.pdr.gyroscope_bias import BIAS_START
 
-ACC, GYR, MAG, ROT = 0, 1, 2, 3
 LEVEL_S, REST_S, TURN, DRIFT, POINTED = 0, 1, 2, 3, 4
-"""Elements of `time_s` and of `scalars`."""
+"""Elements of `scalars`."""
 
 
 def _identity() -> FloatArray:

@@ -15,7 +15,6 @@ from app.estimation.angles import wrap
 from app.estimation.arrays import FloatArray
 from app.pdr.carried_state import (
     ABSOLUTE,
-    ACC,
     CELL,
     CELL_S,
     CELLS,
@@ -24,10 +23,8 @@ from app.pdr.carried_state import (
     EAST,
     FACES,
     FIELD_S,
-    GYR,
     IN_CELL,
     KEPT,
-    MAG,
     NORM,
     NORM_REF,
     NORTH,
@@ -38,7 +35,6 @@ from app.pdr.carried_state import (
     POSE_TIME,
     POSED,
     POSES,
-    ROT,
     SEEKS_NORTH,
     STARTED,
     TIME,
@@ -57,6 +53,7 @@ from app.pdr.quaternion_ukf import (
     turn_of,
     update,
 )
+from app.pdr.sample_order import ACC, GYR, MAG, ROT, next_sample
 
 GAP_S, STALE_S = 1.0, 0.5
 START_TILT_RAD, START_AZIMUTH_RAD, LARGEST_RAD2 = 0.3, 0.5, 3.0
@@ -179,13 +176,11 @@ def carry(
     work, given = np.empty(3), np.empty(4)
     north = np.array([0.0, 1.0, 0.0])
     a = g = m = r = 0
-    while a < len(acc_time_s) or g < len(gyr_time_s) or m < len(mag_time_s) or r < len(rot_time_s):
-        at_a = acc_time_s[a] if a < len(acc_time_s) else math.inf
-        at_g = gyr_time_s[g] if g < len(gyr_time_s) else math.inf
-        at_m = mag_time_s[m] if m < len(mag_time_s) else math.inf
-        at_r = rot_time_s[r] if r < len(rot_time_s) else math.inf
-        now = min(at_a, at_g, at_m, at_r)
-        if at_g == now:
+    while True:
+        stream, now = next_sample(acc_time_s, a, gyr_time_s, g, mag_time_s, m, rot_time_s, r)
+        if now == math.inf:
+            break
+        if stream == GYR:
             interval_s = now - time_s[GYR]
             if s[STARTED] > 0.0 and interval_s <= STALE_S:
                 for k in range(3):
@@ -195,12 +190,12 @@ def carry(
                 s[TURN] -= work[2]
             rate[:] = gyr[g]
             time_s[GYR], g = now, g + 1
-        elif at_m == now:
+        elif stream == MAG:
             if s[STARTED] > 0.0:
                 interval_s = min(max(now - time_s[MAG], LEAST_INTERVAL_S), LARGEST_INTERVAL_S)
                 _see_field(mag[m], interval_s, noise, q, covariance, s)
             time_s[MAG], m = now, m + 1
-        elif at_r == now:
+        elif stream == ROT:
             if s[STARTED] > 0.0 and now - time_s[MAG] > STALE_S:
                 interval_s = min(max(now - time_s[ROT], LEAST_INTERVAL_S), LARGEST_INTERVAL_S)
                 of_rotation_vector(rot[r], given)

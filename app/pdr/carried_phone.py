@@ -11,9 +11,10 @@ import numpy as np
 from app.estimation.arrays import FloatArray
 from app.observations import Batch
 from app.pdr.carried_motion import carry
-from app.pdr.carried_state import ACC, CELLS, GYR, KEPT, MAG, ROT, TIME, CarriedMotion
+from app.pdr.carried_state import CELLS, KEPT, TIME, CarriedMotion
 from app.pdr.carrying_position import APART_S, WINDOW_S, Recognised, after_window
 from app.pdr.quaternion_ukf import QuaternionNoise
+from app.pdr.sample_order import ACC, GYR, MAG, ROT
 from app.pdr.tracker import fresh_samples
 
 CHUNK_S = 1.0

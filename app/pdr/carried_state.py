@@ -21,7 +21,6 @@ TIME, EAST, NORTH, UP, NORM, FACES, TURNED, POINTS = range(8)
 far the screen faces up (1: flat, 0: upright, -1: down), turn so far and azimuth (rad)."""
 POSE_TIME, POSE_Q, POSE_COVARIANCE = 0, 1, 5
 """Columns of a pose: time, quaternion (4), its covariance (16)."""
-ACC, GYR, MAG, ROT = range(4)
 STARTED, SEEKS_NORTH, ABSOLUTE, TURN, NORM_REF, DIP_REF, FIELD_S, CELL, IN_CELL, KEPT, POSED, POINTED = range(12)
 """Elements of `scalars`: how often the attitude was begun, flags, clockwise turn so far (rad), the site's field and
 for how long it is known, the open cell and its samples, cells and poses ever written, newest azimuth (rad)."""

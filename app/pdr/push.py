@@ -34,7 +34,7 @@ def felt_after(felt: FloatArray, time_s: FloatArray, tracked: FloatArray, swayed
 
     Parameters
     ----------
-    felt : as before these samples.  time_s, tracked, swayed : (n,), (n, 8), (n, 2) as of app/pdr/attitude.py.
+    felt : as before these samples.  time_s, tracked, swayed : (n,), (n, 7), (n, 2) as of app/pdr/attitude.py.
     """
     cell = np.floor(time_s / CELL_S)
     kept = np.diff(cell, prepend=math.floor(felt[-1, 0] / CELL_S) if len(felt) else -math.inf) > 0.0

@@ -67,7 +67,7 @@ def _no_signal_yet() -> FloatArray:
 class StepState:
     """What the detector remembers.
 
-    signal : (23,) of the filters, by the names above.  walk : (14,) of the rhythm.  sample : (8,) newest of `track`.
+    signal : (23,) of the filters, by the names above.  walk : (14,) of the rhythm.  sample : (7,) newest of `track`.
     sums : (8,) of heading, variance and compass over all cells so far, and the turn.  delayed : (DELAY_CELLS, 8) the
     sums of the last cells.  marks : (3, 8) the sums at the last step, the trough and the peak.
     held : (RHYTHM_STEPS + 1, 8) steps awaiting their rhythm.
@@ -75,7 +75,7 @@ class StepState:
 
     signal: FloatArray = field(default_factory=_no_signal_yet)
     walk: FloatArray = field(default_factory=no_walk_yet)
-    sample: FloatArray = field(default_factory=lambda: np.zeros(8))
+    sample: FloatArray = field(default_factory=lambda: np.zeros(7))
     sums: FloatArray = field(default_factory=lambda: np.zeros(8))
     delayed: FloatArray = field(default_factory=lambda: np.zeros((DELAY_CELLS, 8)))
     marks: FloatArray = field(default_factory=lambda: np.zeros((3, 8)))
@@ -169,7 +169,7 @@ def detect(arrays: tuple[FloatArray, ...], time_s: FloatArray, tracked: FloatArr
     Parameters
     ----------
     arrays : the seven arrays of StepState, changed in place.
-    time_s : (n,) seconds, non-decreasing.  tracked : (n, 8) what `attitude.track` says of each sample.
+    time_s : (n,) seconds, non-decreasing.  tracked : (n, 7) what `attitude.track` says of each sample.
     answer : (m, 7) written: time (s), duration (s), swing of the acceleration (m/s^2), heading and its variance,
         turn since the step before (rad), bearing by the compass (rad or NaN).
 

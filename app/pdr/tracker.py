@@ -10,7 +10,7 @@ import numpy as np
 from app.estimation.angles import wrap
 from app.estimation.arrays import FloatArray
 from app.observations import AxisSamples, Batch, Carrying, Motion, Step
-from app.pdr import attitude, attitude_state, rhythm, step_detection
+from app.pdr import attitude, rhythm, sample_order, step_detection
 from app.pdr.attitude_state import AttitudeState
 from app.pdr.push import felt_after, kept_of, push_rad
 from app.pdr.step_detection import StepState
@@ -24,8 +24,6 @@ class PdrState:
     attitude: AttitudeState = field(default_factory=AttitudeState)
     steps: StepState = field(default_factory=StepState)
     felt: FloatArray = field(default_factory=lambda: np.empty((0, 4)))
-    heading_rad: float = 0.0
-    heading_is_absolute: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,8 +33,6 @@ class PdrOutput:
     steps : in time order. The first few of a walk come about 1.5 s late, once their rhythm is certain, later ones
     within 0.4 s of the foot's strike; each carries its true time.
     motion, carrying : at the end.
-    heading_rad : where the phone points at the end.  heading_is_absolute : whether from north; if not, headings have an
-    unknown constant offset and a standard deviation of pi.
     pending_fraction : share in [0, 1] of the next step's duration that has passed since the last; 0 when not walking.
     still_since_s : since when the phone has been motionless, or None.
     inertial_until_s : time of the newest accelerometer sample, or None if there never was one: no steps can be told.
@@ -45,8 +41,6 @@ class PdrOutput:
     steps: tuple[Step, ...]
     motion: Motion
     carrying: Carrying
-    heading_rad: float
-    heading_is_absolute: bool
     pending_fraction: float
     still_since_s: float | None
     inertial_until_s: float | None
@@ -77,32 +71,27 @@ def advance_pdr(state: PdrState, batch: Batch, until_s: float | None = None) -> 
     `magnetic_heading_rad` is NaN.
     """
     newest = state.attitude.time_s
-    acc_time_s, acc = fresh_samples(batch.accelerometer, newest[attitude_state.ACC], until_s)
-    gyr_time_s, gyr = fresh_samples(batch.gyroscope, newest[attitude_state.GYR], until_s)
-    mag_time_s, mag = fresh_samples(batch.magnetometer, newest[attitude_state.MAG], until_s)
-    rot_time_s, rot = fresh_samples(batch.rotation_vector, newest[attitude_state.ROT], until_s)
+    acc_time_s, acc = fresh_samples(batch.accelerometer, newest[sample_order.ACC], until_s)
+    gyr_time_s, gyr = fresh_samples(batch.gyroscope, newest[sample_order.GYR], until_s)
+    mag_time_s, mag = fresh_samples(batch.magnetometer, newest[sample_order.MAG], until_s)
+    rot_time_s, rot = fresh_samples(batch.rotation_vector, newest[sample_order.ROT], until_s)
     if not (len(acc_time_s) or len(gyr_time_s) or len(mag_time_s) or len(rot_time_s)):
         return state, _output(state, ())
     attitude_arrays, step_arrays = state.attitude.arrays(), state.steps.arrays()
-    tracked, swayed = np.empty((len(acc_time_s), 8)), np.empty((len(acc_time_s), 2))
+    tracked, swayed = np.empty((len(acc_time_s), 7)), np.empty((len(acc_time_s), 2))
     attitude.track(attitude_arrays, acc_time_s, acc, gyr_time_s, gyr, mag_time_s, mag, rot_time_s, rot, tracked, swayed)
     felt = felt_after(state.felt, acc_time_s, tracked, swayed)
     # no more than one step in 0.3 s, nor than samples, plus those held from before
-    span_s = acc_time_s[-1] - max(acc_time_s[0] - 1.0, newest[attitude_state.ACC]) if len(acc_time_s) else 0.0
+    span_s = acc_time_s[-1] - max(acc_time_s[0] - 1.0, newest[sample_order.ACC]) if len(acc_time_s) else 0.0
     found = np.empty((min(int(span_s / rhythm.SHORTEST_S), len(acc_time_s)) + 8, 7))
     count = step_detection.detect(step_arrays, acc_time_s, tracked, found)
-
-    heading_rad, absolute = state.heading_rad, state.heading_is_absolute
-    if len(tracked):
-        heading_rad = wrap(tracked[-1, attitude.HEADING])
-        absolute = bool(tracked[-1, attitude.ABSOLUTE] > 0.0)
-    after = PdrState(AttitudeState(*attitude_arrays), StepState(*step_arrays), kept_of(felt), heading_rad, absolute)
+    after = PdrState(AttitudeState(*attitude_arrays), StepState(*step_arrays), kept_of(felt))
     return after, _output(after, tuple(_step(row, felt) for row in found[:count]))
 
 
 def _output(state: PdrState, steps: tuple[Step, ...]) -> PdrOutput:
     signal, walk = state.steps.signal, state.steps.walk
-    until_s = float(state.attitude.time_s[attitude_state.ACC])
+    until_s = float(state.attitude.time_s[sample_order.ACC])
     since_step_s = until_s - float(walk[rhythm.STEP_S]) if math.isfinite(until_s) else math.inf
     period_s = float(walk[rhythm.PERIOD])
     walking = since_step_s < rhythm.STEP_OVERDUE * period_s
@@ -114,8 +103,6 @@ def _output(state: PdrState, steps: tuple[Step, ...]) -> PdrOutput:
         steps=steps,
         motion=motion,
         carrying=handheld,
-        heading_rad=state.heading_rad,
-        heading_is_absolute=state.heading_is_absolute,
         pending_fraction=min(since_step_s / period_s, 1.0) if walking and not is_still else 0.0,
         still_since_s=still_since_s if is_still else None,
         inertial_until_s=until_s if math.isfinite(until_s) else None,

@@ -89,10 +89,10 @@ class Quality:
         DependencyDown : the database cannot be reached.
         SurefixError : it could not be made a short while ago; trying at every request would help nobody.
         """
-        key = await self._rows.version(venue, version) if is_identifier(venue) else None
-        if key is None:
+        found = await self._rows.read(venue, version) if is_identifier(venue) else None
+        if found is None:
             raise no_version(venue, version)
-        stored = await self._rows.read(venue, version)
+        key, stored = found
         if stored is None:
             return await self._begin(venue, version, key)
         described = orjson.loads(stored.report)

@@ -41,12 +41,17 @@ class ReportRows:
     def __init__(self, engine: AsyncEngine) -> None:
         self._engine = engine
 
-    async def version(self, venue: str, version: int) -> VersionKey | None:
-        """A version of a venue; None if there is none."""
-        query = of_version(venue, version, radio_maps.c.id, radio_maps.c.surveys, radio_maps.c.created_ms)
+    async def read(self, venue: str, version: int) -> tuple[VersionKey, ReportRow | None] | None:
+        """A version of a venue and its report, None while there is none; None if there is no such version."""
+        of, made = radio_maps.c, radio_map_reports.c
+        query = of_version(venue, version, of.id, of.surveys, of.created_ms, made.report, made.picture, made.created_ms)
+        query = query.outerjoin(radio_map_reports, made.radio_map_id == of.id)
         async with reachable(), self._engine.connect() as connection:
             row = (await connection.execute(query)).one_or_none()
-        return None if row is None else VersionKey(row[0], tuple(row[1]), row[2])
+        if row is None:
+            return None
+        map_id, surveys, created_ms, *report = row
+        return VersionKey(map_id, tuple(surveys), created_ms), None if report[0] is None else ReportRow(*report)
 
     async def body(self, map_id: int) -> bytes:
         """The encoded radio map of a version."""
@@ -54,15 +59,6 @@ class ReportRows:
             body: bytes | None = await connection.scalar(select(radio_maps.c.body).where(radio_maps.c.id == map_id))
         assert body is not None  # a version is never removed
         return body
-
-    async def read(self, venue: str, version: int) -> ReportRow | None:
-        """The report of a version; None if there is none yet."""
-        of = radio_map_reports.c
-        query = of_version(venue, version, of.report, of.picture, of.created_ms)
-        query = query.join(radio_map_reports, of.radio_map_id == radio_maps.c.id)
-        async with reachable(), self._engine.connect() as connection:
-            row = (await connection.execute(query)).one_or_none()
-        return None if row is None else ReportRow(*row)
 
     async def add(self, map_id: int, report: ReportRow) -> bool:
         """Store a report; False if another worker was faster, whose report says the same."""

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import Select, and_, bindparam, case, delete, insert, select, update
+from sqlalchemy import Select, and_, bindparam, delete, insert, select, update
 from sqlalchemy.ext.asyncio import AsyncEngine
 
 from app.storage.database import LONG_S, reachable
@@ -48,12 +48,11 @@ class FixRow:
 
 @dataclass(frozen=True, slots=True)
 class EvidenceRow:
-    """What a stored Fix was made of. body : the Fix itself, where that was not written down."""
+    """What a stored Fix was made of; None of one that an early version stored."""
 
     sequence: int
     t_ms: int | None
     evidence: bytes | None
-    body: bytes | None
 
 
 class SessionRows:
@@ -138,10 +137,9 @@ class SessionRows:
             rows = (await connection.execute(query.order_by(fixes.c.sequence).limit(limit))).all()
         return [FixRow(*row) for row in rows]
 
-    async def read_evidence(self, session: str, bodies: bool = False) -> list[EvidenceRow]:
-        """What all fixes of a session were made of, in order of sequence. bodies : and each Fix, whether or not."""
-        body = fixes.c.body if bodies else case((fixes.c.evidence.is_(None), fixes.c.body))
-        query = select(fixes.c.sequence, fixes.c.t_ms, fixes.c.evidence, body).where(fixes.c.session == session)
+    async def read_evidence(self, session: str) -> list[EvidenceRow]:
+        """What all fixes of a session were made of, in order of sequence."""
+        query = select(fixes.c.sequence, fixes.c.t_ms, fixes.c.evidence).where(fixes.c.session == session)
         async with reachable(), self._engine.connect() as connection:
             rows = (await connection.execute(query.order_by(fixes.c.sequence))).all()
         return [EvidenceRow(*row) for row in rows]

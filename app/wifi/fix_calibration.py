@@ -59,6 +59,8 @@ class FixCalibration:
     walks : how many survey walks the numbers were learnt from, 0: defaults.
     reach : by what this survey's errors reach further than those that levels were set on: their conformal 95 % in
     standard deviations, walks counting alike, beside REACH_95; drawn towards 1 where walks are few.
+    fineness : by what errors that a whole walk shares are less, LEAST_FINENESS to 1: the root of the left-out fixes'
+    median standard deviation, beside TYPICAL_M; drawn towards 1 likewise.
     Defaults: maximum likelihood over the survey walks of folds 1-4 of both mall floors, but for distance_m2: all walks
     of the mall say 700, 20 to 80 of them 2,600 to 4,500, since more places are left that nobody surveyed.
     """

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 
-from app.estimation.arrays import BoolArray, FloatArray, IntArray
+from app.estimation.arrays import BoolArray, FloatArray, IntArray, position_of
 from app.wifi.match import Match
 from app.wifi.match_index import MatchIndex, index_of
 from app.wifi.radio_map import Int32Array, RadioMap
@@ -157,8 +157,8 @@ def _foreign(
                 heard[column[j]] = True
     alien = np.zeros(len(bssid), np.bool_)
     for k in range(len(bssid)):
-        i = np.searchsorted(known, bssid[k])
-        alien[k] = i < len(known) and known[i] == bssid[k] and not heard[i]
+        i = position_of(bssid[k], known)
+        alien[k] = i >= 0 and not heard[i]
     return alien
 
 
@@ -170,8 +170,8 @@ def _set_distances(
     both = np.zeros(len(row_start) - 1)
     of_scan = 0
     for k in range(len(bssid)):
-        i = np.searchsorted(known, bssid[k])
-        if i == len(known) or known[i] != bssid[k]:
+        i = position_of(bssid[k], known)
+        if i < 0:
             continue
         of_scan += 1
         for j in range(start[i], start[i + 1]):

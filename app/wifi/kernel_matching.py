@@ -20,7 +20,7 @@ from weakref import WeakKeyDictionary
 import numba
 import numpy as np
 
-from app.estimation.arrays import Float32Array, FloatArray, IntArray
+from app.estimation.arrays import Float32Array, FloatArray, IntArray, position_of
 from app.wifi.match import Match, known_access_points, matched_nearest
 from app.wifi.match_index import index_of
 from app.wifi.radio_map import Int32Array, RadioMap
@@ -139,8 +139,8 @@ def _mean_squares(
     scan_whole = 0.0
     scan_square_db2 = 0.0
     for k in range(len(bssid)):
-        i = np.searchsorted(known, bssid[k])
-        if i == len(known) or known[i] != bssid[k]:
+        i = position_of(bssid[k], known)
+        if i < 0:
             continue
         missing_db2 = (rssi_dbm[k] - missing_dbm) ** 2 if filled else 0.0
         scan_whole += weight[k]

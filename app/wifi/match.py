@@ -22,7 +22,7 @@ class Match:
     0 of one neighbour, so whoever fuses it adds what a lone neighbour leaves open.
     points : (k,) neighbours, best first.  distance : (k,) of each, in the matcher's unit.  weight : (k,) sums to 1.
     known : access points of the scan that the map knows.
-    unlike : signal distance to the best point of any floor; 0 of a matcher that does not say.
+    unlike : signal distance to the best point of any floor; 0 of a matcher other than soft_match.
     separation_m2 : mean square, in each direction, of how far the place moves when a group of access points is left
     out, as the jackknife counts it; 0 of a matcher that does not try.
     few_known : access points with which chance is half of the strangeness.

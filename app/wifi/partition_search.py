@@ -33,7 +33,7 @@ class PartitionSettings:
     partition is lost.
     least_points : fewer neighbours are no place.
     unlike : lost where the distance to the best neighbour exceeds its usual value by this factor.
-    remembered : share of the usual distance that stays when another scan comes.
+    remembered : share of the usual distance that stays when another scan comes.  strongest : of the matching itself.
     """
 
     moving: bool = True

@@ -36,7 +36,7 @@ class RadioMap:
     start : (a + 1,).  point : (n,).
     count : (n,) scans of the point that heard the access point, at least 1.
     mean_dbm : (n,) over those scans.  variance_db2 : (n,) unbiased, 0 of one scan.
-    sections : further arrays that belong to this version, by name (signal field, calibration).
+    sections : further arrays that belong to this version, by name (calibration, floor doubt, likeness).
     beacons : the same of the Bluetooth beacons of the venue, with the same floors; None where none were surveyed.
     """
 

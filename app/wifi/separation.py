@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 
-from app.estimation.arrays import Float32Array, FloatArray, IntArray
+from app.estimation.arrays import Float32Array, FloatArray, IntArray, position_of
 from app.wifi.match_index import GROUPS, MatchIndex
 from app.wifi.radio_map import Int32Array
 from app.wifi.representation import represent
@@ -94,8 +94,8 @@ def _without(
 ) -> FloatArray:
     of_point = of_point.copy()
     for k in range(len(unheeded)):
-        i = np.searchsorted(known, unheeded[k])
-        if i == len(known) or known[i] != unheeded[k]:
+        i = position_of(unheeded[k], known)
+        if i < 0:
             continue
         for j in range(start[i], start[i + 1]):
             of_point[point[j], group[i]] = max(of_point[point[j], group[i]] - float(value[j]) ** 2, 0.0)
@@ -115,8 +115,8 @@ def _shared(
 ) -> tuple[FloatArray, FloatArray]:
     shared, of_scan = np.zeros((points, GROUPS)), np.zeros(GROUPS)
     for k in range(len(bssid)):
-        i = np.searchsorted(known, bssid[k])
-        if i == len(known) or known[i] != bssid[k]:
+        i = position_of(bssid[k], known)
+        if i < 0:
             continue
         of_scan[group[i]] += scan[k] * scan[k]
         for j in range(start[i], start[i + 1]):

@@ -15,7 +15,7 @@ from enum import IntEnum
 import numba
 import numpy as np
 
-from app.estimation.arrays import Float32Array, FloatArray, IntArray
+from app.estimation.arrays import Float32Array, FloatArray, IntArray, position_of
 from app.wifi.match_index import MatchIndex
 from app.wifi.radio_map import Int32Array
 from app.wifi.representation import represent
@@ -85,8 +85,8 @@ def _without(
     """Sums of the points' values, and of their squares, without some access points."""
     total, square = total.copy(), square.copy()
     for k in range(len(unheeded)):
-        i = np.searchsorted(known, unheeded[k])
-        if i == len(known) or known[i] != unheeded[k]:
+        i = position_of(unheeded[k], known)
+        if i < 0:
             continue
         for j in range(start[i], start[i + 1]):
             total[point[j]] = max(total[point[j]] - value[j], 0.0)
@@ -110,8 +110,8 @@ def _to_all(
     scan_total = 0.0
     scan_square = 0.0
     for k in range(len(bssid)):
-        i = np.searchsorted(known, bssid[k])
-        if i == len(known) or known[i] != bssid[k]:
+        i = position_of(bssid[k], known)
+        if i < 0:
             continue
         q = scan[k]
         scan_total += q
@@ -145,8 +145,8 @@ def _to_some(
     scan_total = 0.0
     scan_square = 0.0
     for k in range(len(bssid)):
-        i = np.searchsorted(known, bssid[k])
-        if i < len(known) and known[i] == bssid[k]:
+        i = position_of(bssid[k], known)
+        if i >= 0:
             spread[i] = scan[k]
             scan_total += scan[k]
             scan_square += scan[k] * scan[k]

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 
-from app.estimation.arrays import Float32Array, FloatArray, IntArray
+from app.estimation.arrays import Float32Array, FloatArray, IntArray, position_of
 from app.wifi.match import Match, matched_nearest
 from app.wifi.match_index import index_of
 from app.wifi.radio_map import Int32Array, RadioMap
@@ -82,8 +82,8 @@ def _loudest(known: IntArray, bssid: IntArray, height_db: Float32Array, count: i
     found, height = np.empty(len(bssid), np.int64), np.empty(len(bssid))
     size = 0
     for k in range(len(bssid)):
-        i = np.searchsorted(known, bssid[k])
-        if i < len(known) and known[i] == bssid[k]:
+        i = position_of(bssid[k], known)
+        if i >= 0:
             found[size], height[size] = i, height_db[k]
             size += 1
     # of equal ones the lower address, whatever the order of the scan

@@ -21,7 +21,7 @@ from weakref import WeakKeyDictionary
 import numba
 import numpy as np
 
-from app.estimation.arrays import Float32Array, FloatArray, IntArray
+from app.estimation.arrays import Float32Array, FloatArray, IntArray, position_of
 from app.wifi.match import Match, known_access_points, matched_nearest
 from app.wifi.match_index import index_of
 from app.wifi.radio_map import Int32Array, RadioMap
@@ -162,8 +162,8 @@ def _sum_logs(
     whole = 0.0
     middle = table.shape[1] // 2
     for k in range(len(bssid)):
-        i = np.searchsorted(known, bssid[k])
-        if i == len(known) or known[i] != bssid[k]:
+        i = position_of(bssid[k], known)
+        if i < 0:
             continue
         whole += weight[k]
         for j in range(start[i], start[i + 1]):

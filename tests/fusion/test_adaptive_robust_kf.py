@@ -23,7 +23,7 @@ from app.pdr.walking_context import WalkingContext
 from tests.fusion.walks import errors_m, run, site, walked
 
 OURS = AdaptiveRobustSettings()
-STANDING = PdrOutput((), Motion.STILL, Carrying.UNKNOWN, 0.0, True, 0.0, 0.0, 0.0)
+STANDING = PdrOutput((), Motion.STILL, Carrying.UNKNOWN, 0.0, 0.0, 0.0)
 EAST = Step(0.0, 0.5, 0.7, math.pi / 2.0, 0.1, 0.0, math.nan)
 NO_NOISE = np.zeros(4)
 

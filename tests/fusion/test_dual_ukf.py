@@ -64,7 +64,7 @@ def track_at(heading_rad: float, sigma_rad: float, settings: TrackSettings = PLA
 
 def one_step(length_m: float = 0.7, sigma_m: float = 0.1, heading_variance: float = 0.04) -> CarriedStep:
     step = Step(START_S + 0.5, 0.5, length_m, 0.9, 0.2, 0.0, math.nan)
-    return CarriedStep(step, Carrying.POCKET, sigma_m, heading_variance, True)
+    return CarriedStep(step, sigma_m, heading_variance, True)
 
 
 def test_the_position_after_a_step_agrees_with_many_random_steps() -> None:

@@ -88,7 +88,7 @@ def test_a_scan_much_of_which_is_new_to_the_map_stays_strange_though_the_phone_m
         found = match_heard(MAP, heard, after(Hearing(), heard, SETTINGS), NOTHING, 3, SETTINGS)
         assert found is not None
         assert abs(found.match.xy_m[0] - 30.0) < 2.0 and found.match.signal_distance < 0.02
-        assert (found.strange.signal_distance > 0.2) == strange == (found.match.unlike > 0.2)
+        assert (found.strange.signal_distance > 0.2) == strange == (found.strange.unlike > 0.2)
 
 
 def test_access_points_that_are_not_relied_on_count_on_neither_side() -> None:
@@ -103,9 +103,9 @@ def test_a_scan_is_unlike_places_as_much_as_they_are_far_off_whatever_the_phone_
     scan = scan_at(30.0, deaf)
     found = match_heard(MAP, scan, after(Hearing(), scan, SETTINGS), NOTHING, 3, SETTINGS)
     assert found is not None
-    unlike = [found.unlike(MAP, np.array([x_m, 0.0]), 3.0) for x_m in (30.0, 40.0, 70.0)]
-    assert 0.0 <= unlike[0] < 0.02 < unlike[1] < unlike[2]
-    assert found.unlike(MAP, np.array([30.0, 500.0]), 3.0) == math.inf
+    less_like = [found.less_like(MAP, np.array([x_m, 0.0]), 3.0) for x_m in (30.0, 40.0, 70.0)]
+    assert 0.0 <= less_like[0] < 0.02 < less_like[1] < less_like[2]
+    assert found.less_like(MAP, np.array([30.0, 500.0]), 3.0) == math.inf
 
 
 @given(st.lists(st.lists(st.integers(1, 5000), unique=True, max_size=80), max_size=20))

@@ -28,7 +28,7 @@ NORTH_SIGMA_RAD = 0.2
 
 def moved(still: bool = False, until_s: float | None = 0.0) -> PdrOutput:
     motion = Motion.STILL if still else Motion.UNKNOWN
-    return PdrOutput((), motion, Carrying.UNKNOWN, 0.0, True, 0.0, 0.0 if still else None, until_s)
+    return PdrOutput((), motion, Carrying.UNKNOWN, 0.0, 0.0 if still else None, until_s)
 
 
 STANDING = moved(still=True)

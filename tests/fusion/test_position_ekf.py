@@ -32,7 +32,7 @@ def track(heading: float, length_m: float = 0.7) -> StepTrack:
 
 
 def moved(pending: float = 0.0, until_s: float | None = 10.0, still_s: float | None = None) -> PdrOutput:
-    return PdrOutput((), Motion.WALKING, Carrying.HANDHELD, 0.0, True, pending, still_s, until_s)
+    return PdrOutput((), Motion.WALKING, Carrying.HANDHELD, pending, still_s, until_s)
 
 
 def columns(function: object, at: FloatArray) -> FloatArray:

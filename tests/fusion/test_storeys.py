@@ -51,7 +51,7 @@ class Phone:
         sent = samples if self.barometer else PressureSamples()
         self.storeys, self.belief, _ = climbed(self.storeys, self.belief, sent, now_s, self.site)
         if vote is not None and self.seconds % SCAN_EVERY_S == 0:
-            self.storeys, self.belief = heard(self.storeys, self.belief, None, MAP, self.site, voting(vote), now_s)
+            self.storeys, self.belief = heard(self.storeys, self.belief, None, MAP, self.site, voting(vote), 0.0, now_s)
 
     def stay(self, seconds: int, vote: str | None, drift_m_per_s: float = 0.0) -> None:
         for _ in range(seconds):

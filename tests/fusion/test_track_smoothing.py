@@ -15,10 +15,11 @@ from app.estimation.arrays import FloatArray
 from app.fusion.integrity_measuring import BY_WIFI, after_step, measure
 from app.fusion.integrity_settings import IntegritySettings
 from app.fusion.methods import METHODS
-from app.fusion.track_smoothing import KnownThen, SmoothedTrack, smoothed
+from app.fusion.smoothed_track import KnownThen, SmoothedTrack
+from app.fusion.track_smoothing import smoothed
 from app.fusion.walk_timeline import Moment
 from app.fusion.walking_track import Track, begun
-from app.integrity.protection_level import NOWHERE_SAFE
+from app.integrity.protection_level import radius_holding
 from app.observations import Motion, RadioFix, Step
 from tests.fusion.evidence import STEP_S, Told, told
 from tests.fusion.walks import errors_m, run, walked
@@ -115,26 +116,28 @@ def test_while_the_last_scans_are_at_another_place_the_level_reaches_there() -> 
     moved = [replace(one, xy_m=one.xy_m + 80.0, fits=False) for one in last]
     track = smoothed([*evidence, *moved], walk.moments)
     assert track is not None and track.contested_s == last[0].time_s
-    levels = [track.radii_m(index, 0.01, as_known(track, index))[1] for index in range(len(walk.moments))]
+    levels = [level_m(track, index, as_known(track, index)) for index in range(len(walk.moments))]
     before = [level for level, moment in zip(levels, walk.moments, strict=True) if moment.time_s < last[0].time_s]
     assert max(before) < 30.0
     assert levels[-1] > 100.0
 
 
-def as_known(
-    track: SmoothedTrack, index: int, east_m: float = 0.0, contradicted: bool = False, level_m: float = 12.0
-) -> KnownThen:
+def as_known(track: SmoothedTrack, index: int, east_m: float = 0.0, level_m: float = 12.0) -> KnownThen:
     """A Fix of the time so far east of the smoothed place."""
     x_m, y_m = track.xy_m[index].tolist()
-    return KnownThen(x_m + east_m, y_m, level_m, contradicted, 10.0)
+    return KnownThen(x_m + east_m, y_m, level_m, 10.0)
+
+
+def level_m(track: SmoothedTrack, index: int, known: KnownThen) -> float:
+    return track.answer(index, 0.01, known).level_m
 
 
 def test_the_level_reaches_what_was_known_at_the_time_where_the_two_contradict() -> None:
     track = track_of(told(2))
-    agreed, moved = track.radii_m(40, 0.01, as_known(track, 40)), track.radii_m(40, 0.01, as_known(track, 40, 5.0))
-    assert agreed == moved
-    assert track.radii_m(40, 0.01, as_known(track, 40, 30.0))[1] == pytest.approx(42.0)
-    assert track.radii_m(40, 0.01, as_known(track, 40, 5.0, contradicted=True))[1] >= 17.0
+    assert level_m(track, 40, as_known(track, 40)) == level_m(track, 40, as_known(track, 40, 5.0))
+    assert level_m(track, 40, as_known(track, 40, 30.0)) == pytest.approx(42.0)
+    for spoken_against in (replace(as_known(track, 40, 5.0), if2=1), replace(as_known(track, 40, 5.0), if3=1)):
+        assert level_m(track, 40, spoken_against) >= 17.0
 
 
 @given(st.integers(0, 1000), st.randoms(use_true_random=False), st.booleans())
@@ -235,19 +238,28 @@ def test_every_method_leaves_evidence_from_which_its_walk_is_better_known(method
 
 def test_the_level_of_an_uncertain_floor_stays_beyond_the_alert_limit() -> None:
     track = track_of(told(2))
-    _, level_m = track.radii_m(20, 0.01, as_known(track, 20))
-    assert level_m < 30.0
-    assert track.radii_m(20, 0.01, as_known(track, 20, level_m=NOWHERE_SAFE * 10.0))[1] == 30.0
-    assert track.radii_m(20, 0.01, as_known(track, 20, level_m=31.0))[1] == level_m
+    certain = as_known(track, 20, level_m=30.0)
+    assert level_m(track, 20, certain) == level_m(track, 20, as_known(track, 20)) < 30.0
+    assert level_m(track, 20, replace(certain, floor_certain=False)) == 30.0
+
+
+def test_radii_and_covariance_grow_with_how_unlike_the_survey_scans_were() -> None:
+    track = track_of(told(2))
+    usual = track.answer(20, 0.01, as_known(track, 20))
+    strange = track.answer(20, 0.01, replace(as_known(track, 20), unsurveyed_m2=100.0))
+    assert np.allclose(strange.covariance_m2, usual.covariance_m2 + 100.0 * np.eye(2))
+    assert strange.accuracy_m == radius_holding(strange.covariance_m2, 0.68) > 15.0
+    assert strange.level_m > 36.0 and not strange.usable
+    assert strange.xy_m.tolist() == usual.xy_m.tolist()
 
 
 def test_the_place_lies_between_the_track_and_an_answer_that_knew_walls_unless_they_contradict() -> None:
     track = track_of(told(2))
     walled = replace(as_known(track, 40, 5.0), walls=True)
-    assert track.place_m(40, walled) == pytest.approx(track.xy_m[40] + [2.0, 0.0])
+    assert track.answer(40, 0.01, walled).xy_m == pytest.approx(track.xy_m[40] + [2.0, 0.0])
     for other in (
         replace(walled, walls=False),
-        replace(walled, contradicted=True),
+        replace(walled, if2=1),
         replace(as_known(track, 40, 12.1), walls=True),
     ):
-        assert track.place_m(40, other).tolist() == track.xy_m[40].tolist()
+        assert track.answer(40, 0.01, other).xy_m.tolist() == track.xy_m[40].tolist()

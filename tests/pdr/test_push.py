@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from app.estimation.arrays import FloatArray
 from app.evaluation.recordings import floor_folders, read_walk
 from app.evaluation.truth import batches_of
+from app.pdr.attitude import VERTICAL
 from app.pdr.push import CELL_S, HELD_S, LEAD_RAD, felt_after, kept_of, push_rad
 from app.pdr.tracker import advance_pdr, initial_pdr_state
 from tests.open_data import open_data
@@ -26,8 +27,8 @@ def felt_by(held_rad: float, rate_hz: float = 50.0, noise_mps2: float = 0.0, lea
     forward, up = 0.5 * np.cos(phase + lead_rad), 3.0 * np.cos(phase) + 1.0 * np.cos(2.0 * phase)
     swayed = np.column_stack([forward * math.cos(held_rad), forward * math.sin(held_rad)])
     rng = np.random.default_rng(4)
-    tracked = np.zeros((len(time_s), 8))
-    tracked[:, 7] = 9.8 + up
+    tracked = np.zeros((len(time_s), 7))
+    tracked[:, VERTICAL] = 9.8 + up
     return felt_after(np.empty((0, 4)), time_s, tracked, swayed + rng.normal(0.0, noise_mps2, swayed.shape))
 
 
@@ -59,7 +60,7 @@ def test_a_phone_whose_screen_does_not_face_up_says_nothing() -> None:
 
 def test_what_is_kept_is_bounded_whatever_the_rate() -> None:
     time_s = np.arange(0.0, 20.0, 0.001)
-    felt = felt_after(np.empty((0, 4)), time_s, np.zeros((len(time_s), 8)), np.zeros((len(time_s), 2)))
+    felt = felt_after(np.empty((0, 4)), time_s, np.zeros((len(time_s), 7)), np.zeros((len(time_s), 2)))
     assert len(kept_of(felt)) <= HELD_S / CELL_S + 1
 
 

@@ -60,7 +60,7 @@ def test_samples_seen_before_are_not_counted_again() -> None:
 
 
 def finite(output: PdrOutput) -> bool:
-    values = [output.heading_rad, output.pending_fraction]
+    values = [output.pending_fraction]
     for step in output.steps:
         values += [step.time_s, step.duration_s, step.length_m, step.heading_rad, step.heading_sigma_rad]
         values += [step.heading_change_rad, 0.0 if math.isnan(step.magnetic_heading_rad) else step.magnetic_heading_rad]

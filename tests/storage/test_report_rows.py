@@ -15,14 +15,16 @@ def test_a_report_is_stored_with_its_version_and_no_other_has_it(run: Run) -> No
     async def use(engine: AsyncEngine) -> None:
         await mapped(engine)
         rows = ReportRows(engine)
-        key = await rows.version("mall", 2)
-        assert key is not None and (key.surveys, key.created_ms) == ((), NOW_MS)
+        found = await rows.read("mall", 2)
+        assert found is not None
+        key, report = found
+        assert (key.surveys, key.created_ms, report) == ((), NOW_MS, None)
         assert await rows.body(key.map_id) == b"map"
-        assert await rows.read("mall", 2) is None
         assert await rows.add(key.map_id, REPORT)
-        assert await rows.read("mall", 2) == REPORT
-        assert await rows.read("mall", 1) is None
-        assert await rows.version("mall", 3) is None and await rows.version("none", 2) is None
+        assert await rows.read("mall", 2) == (key, REPORT)
+        other = await rows.read("mall", 1)
+        assert other is not None and other[1] is None
+        assert await rows.read("mall", 3) is None and await rows.read("none", 2) is None
 
     run(use)
 
@@ -31,10 +33,10 @@ def test_of_workers_that_make_the_same_report_the_first_one_stores_it(run: Run) 
     async def use(engine: AsyncEngine) -> None:
         await mapped(engine)
         rows = ReportRows(engine)
-        key = await rows.version("mall", 2)
-        assert key is not None
-        stored = await asyncio.gather(*(rows.add(key.map_id, REPORT) for _ in range(3)))
+        found = await rows.read("mall", 2)
+        assert found is not None
+        stored = await asyncio.gather(*(rows.add(found[0].map_id, REPORT) for _ in range(3)))
         assert sorted(stored) == [False, False, True]
-        assert await rows.read("mall", 2) == REPORT
+        assert await rows.read("mall", 2) == (found[0], REPORT)
 
     run(use)

@@ -59,10 +59,8 @@ def test_evidence_is_stored_with_its_fix_and_erased_with_the_session(run: Run) -
         for one in made:
             assert await rows.add_fix("a", one.sequence - 1, one, b"", NOW_MS)
         assert not await rows.add_fix("a", 0, dataclasses.replace(fix(1), evidence=b"late"), b"", NOW_MS)
-        told = [EvidenceRow(0, 0, b"\0\xff", None), EvidenceRow(1, 1000, None, fix(1).body)]
-        assert await rows.read_evidence("a") == [*told, EvidenceRow(2, 2000, b"", None)]
-        whole = await rows.read_evidence("a", bodies=True)
-        assert [(row.evidence, row.body) for row in whole] == [(one.evidence, one.body) for one in made]
+        told = [EvidenceRow(0, 0, b"\0\xff"), EvidenceRow(1, 1000, None), EvidenceRow(2, 2000, b"")]
+        assert await rows.read_evidence("a") == told
         await rows.erase("a")
         assert await rows.read_evidence("a") == []
 
