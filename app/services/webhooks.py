@@ -101,7 +101,7 @@ def refuse_address(url: str) -> None:
         raise InvalidInput(f"a webhook is an http or https URL of at most {LONGEST_URL} ASCII characters", "url")
     if parts.username is not None or parts.password is not None or parts.fragment:
         raise InvalidInput("the URL of a webhook has no user, password or fragment", "url")
-    if is_barred(parts.hostname or ""):
+    if is_barred((parts.hostname or "").rstrip(".")):
         raise InvalidInput("no alerts are sent to link-local and metadata addresses: name the receiver's own", "url")
 
 
@@ -112,7 +112,7 @@ def is_barred(host: str) -> bool:
     except ValueError:
         try:
             address = ipaddress.IPv4Address(socket.inet_aton(host))  # 0xa9.254.43518, as resolvers read it
-        except OSError:
+        except (OSError, ValueError):
             return False
     address = getattr(address, "ipv4_mapped", None) or address
     return any(address in network for network in BARRED)

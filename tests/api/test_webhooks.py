@@ -75,6 +75,7 @@ def test_what_cannot_be_posted_to_is_refused_and_named(client: TestClient, url: 
     [
         "169.254.169.254",
         "169.254.0.1:8080",
+        "169.254.169.254.",
         "2852039166",
         "0xa9.254.43518",
         "[fe80::1]",
