@@ -82,6 +82,8 @@ class GeolocateRoute(APIRoute):
                 form = next((_FORMS[kind] for kind in type(told).__mro__ if kind in _FORMS), None)
                 if form is None:
                     raise
+                if isinstance(told, DependencyDown):
+                    _log.warning("%s %s: %s", request.method, request.url.path, told)
                 return _answer(told, *form)
 
         return handled
@@ -91,8 +93,6 @@ def _answer(error: Exception, status: int, domain: str, reason: str) -> JSONResp
     message = str(error)
     if isinstance(error, InvalidInput):
         message = f"Parse Error: {error.field}: {error}" if error.field else f"Parse Error: {error}"
-    if isinstance(error, DependencyDown):
-        _log.warning("a request of another service's form: %s", error)
     found = ReasonBody(domain=domain, reason=reason, message=message)
     body = GeolocateErrorBody(error=FailureBody(errors=[found], code=status, message=message))
     return JSONResponse(body.model_dump(), status, headers_of(error))
