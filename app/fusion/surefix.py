@@ -140,7 +140,7 @@ def _scanned(
     changed = floor.floor != floor_before(state.floor, hint)
     calibration = calibration_of(site.radio_map)
     variance_m2 = calibration.variance_m2(match, settings.distance_weight)
-    lasting_m2 = settings.lasting * variance_m2
+    lasting_m2 = settings.lasting * calibration.persistence * variance_m2
     elsewhere_m = site.radio_map.xy_m[match.alike(settings.alike)]
     own_m2, place_m = variance_m2 - lasting_m2, calibration.place_m(match)
     fix = CloudFix(place_m, own_m2, lasting_m2, scan.time_s, elsewhere_m=elsewhere_m)
@@ -191,9 +191,8 @@ def _judged(
         if first.fits:
             return replace(state, track=track, prior_only=False, phases=phases_of(first, int(first.corrected), 0, 0))
         rival = beginning(fix, state.time_s, space, settings, state.track)
-        contradictions = int(not explained)
-        against = 0.0 if explained else first.statistic
-        rivalry = Rivalry(rival, scan.time_s, contradictions, against, limits.are_fault(contradictions, against))
+        nothing_yet = Rivalry(rival, scan.time_s, contradictions=0, for_rival=0)
+        rivalry = judged(nothing_yet, first.statistic, False, True, scan.time_s, limits, explained)
         return replace(state, rivalry=rivalry, phases=phases_of(first, 1, 1, int(rivalry.fault)))
     other = tested(rivalry.rival, fix, moved, space, settings)
     if state.prior_only or is_news(scan, rivalry.witness_s):

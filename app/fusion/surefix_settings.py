@@ -28,7 +28,8 @@ class SurefixSettings:
     access_points : how faulty ones are found and left out.
     hearing : when a phone is deaf to some.
     facing : when it is held otherwise than the walker goes.
-    lasting : share of a fix's variance that stays the same for as long as the surroundings do.
+    lasting : share of a fix's variance that stays the same for as long as the surroundings do, less where the map's
+    errors last less (FixCalibration.persistence).
     distance_weight : as DISTANCE_WEIGHT of app/wifi/fix_calibration.py.
     least_known : access points known to the map with which a scan is usable.
     unlike : signal distance from which a scan is like nothing surveyed: no position begins at it.
@@ -86,7 +87,7 @@ class SurefixSettings:
     def accuracy_m(self, here: Place, strange_m2: float, learnt: FixCalibration) -> float:
         """Radius that holds the truth in 68 of 100 answers. strange_m2 : of the last scans.  learnt : of the map."""
         least_m = math.hypot(self.least_radius_68_m, self.strange_68 * self._beyond_m(strange_m2))
-        return learnt.reach * self.spread * math.hypot(here.radius_68_m, least_m)
+        return learnt.reach_68 * self.spread * math.hypot(here.radius_68_m, least_m)
 
     def level_m(self, here: Place, strange_m2: float, risk: float, learnt: FixCalibration) -> float:
         """Radius that the truth leaves with no more than this probability. strange_m2, learnt : likewise."""
@@ -96,7 +97,7 @@ class SurefixSettings:
     def covariance_m2(self, here: Place, strange_m2: float, learnt: FixCalibration) -> FloatArray:
         """(2, 2) of the position, as much larger than the cloud's as the accuracy is than the cloud's radius."""
         least_m2 = self.least_radius_68_m**2 + (self.strange_68 * self._beyond_m(strange_m2)) ** 2
-        return (learnt.reach * self.spread) ** 2 * (here.covariance_m2 + least_m2 / 2.28 * np.eye(2))
+        return (learnt.reach_68 * self.spread) ** 2 * (here.covariance_m2 + least_m2 / 2.28 * np.eye(2))
 
     def beyond_m2(self, strange_m2: float) -> float:
         """What of that variance scans of surveyed places do not have."""

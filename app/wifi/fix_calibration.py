@@ -16,11 +16,12 @@ from dataclasses import astuple, dataclass, fields, replace
 import numpy as np
 from scipy.optimize import minimize
 
-from app.estimation.arrays import FloatArray, IntArray
+from app.estimation.arrays import FloatArray
 from app.wifi import floor_doubt
 from app.wifi.beacons import BEACON_MATCH, parted
 from app.wifi.fingerprint import Fingerprint
 from app.wifi.left_out import WIFI_MATCH, LeftOutScans, left_out_scans
+from app.wifi.left_out_errors import conformal_reach, persistence
 from app.wifi.match import Match
 from app.wifi.radio_map import RadioMap, build_radio_map
 from app.wifi.soft_match import SoftSettings
@@ -33,13 +34,16 @@ LEAST_WALKS = 4
 FEW_WALKS_WEIGHT = 2.0
 """By what their distance_m2 counts more: few walks leave most places to nobody. On maps of two of the mall's walks
 1.5 % of answers are hazardous at 20 m without it, and 0.3 % with it."""
-REACH_95 = 2.5
-"""Conformal 95 % of errors in standard deviations of the surveys that the levels were set on: the mall, folds 1-4."""
+REACH_68, REACH_95 = 1.17, 2.5
+"""Conformal 68 and 95 % of errors in standard deviations of the surveys that radii were set on: the mall, folds 1-4."""
 REACH_PRIOR_WALKS = 20.0
-"""Walks that a reach of 1, and a fineness of 1, are worth beside the survey's own."""
+"""Walks that a reach, a fineness and a persistence of 1 are worth beside the survey's own."""
 TYPICAL_M = 4.4
 """Median standard deviation of left-out fixes in those surveys."""
 LEAST_FINENESS = 0.5
+TYPICAL_PERSISTENCE = 0.33
+"""How left-out errors last along a walk in those surveys, the least of them; 0.37 the most."""
+LEAST_PERSISTENCE = 0.4
 DISTANCE_WEIGHT = 1.6
 """By what signal distance counts more than the mean square of errors asks for. Where nobody surveyed errors are seldom,
 but large and the same for a whole walk: 1.6 trades 0.02 m of mean error for levels that know it."""
@@ -57,10 +61,12 @@ class FixCalibration:
     beyond : a strange scan at the edge of the survey was taken past it: the place moves by beyond * strangeness *
     outward.  parted : and by this share of the way to the mean of the places without a group.
     walks : how many survey walks the numbers were learnt from, 0: defaults.
-    reach : by what this survey's errors reach further than those that levels were set on: their conformal 95 % in
-    standard deviations, walks counting alike, beside REACH_95; drawn towards 1 where walks are few.
+    reach, reach_68 : by what this survey's errors reach further than those that levels, and accuracies, were set on:
+    their conformal 95 and 68 % in standard deviations, walks counting alike, beside REACH_95 and REACH_68; drawn
+    towards 1 where walks are few.
     fineness : by what errors that a whole walk shares are less, LEAST_FINENESS to 1: the root of the left-out fixes'
     median standard deviation, beside TYPICAL_M; drawn towards 1 likewise.
+    persistence : by what errors last less along a walk, LEAST_PERSISTENCE to 1, beside TYPICAL_PERSISTENCE; likewise.
     Defaults: maximum likelihood over the survey walks of folds 1-4 of both mall floors, but for distance_m2: all walks
     of the mall say 700, 20 to 80 of them 2,600 to 4,500, since more places are left that nobody surveyed.
     """
@@ -75,6 +81,8 @@ class FixCalibration:
     walks: int = 0
     reach: float = 1.0
     fineness: float = 1.0
+    reach_68: float = 1.0
+    persistence: float = 1.0
 
     def place_m(self, match: Match) -> FloatArray:
         """(2,) of the phone."""
@@ -107,9 +115,10 @@ BEACON_DEFAULT = FixCalibration(14.0, 0.7, distance_m2=170.0)
 
 def calibration_of(radio_map: RadioMap, default: FixCalibration = DEFAULT) -> FixCalibration:
     """What was learnt when the map was published; the defaults for a map that carries nothing, or what an earlier
-    release learnt, which weighed other witnesses. The last before this one did not learn the fineness."""
+    release learnt, which weighed other witnesses. The last two before this one learnt neither reach_68 nor persistence,
+    and the first of them no fineness."""
     section = radio_map.sections.get(SECTION)
-    if section is None or len(fields(FixCalibration)) - len(section) not in (0, 1):
+    if section is None or len(fields(FixCalibration)) - len(section) not in (0, 2, 3):
         return default
     learnt = FixCalibration(*section.tolist())
     return replace(learnt, walks=int(learnt.walks))
@@ -177,27 +186,22 @@ def calibrate(
     start = np.log(usual[seen])
     found = minimize(surprise, start, method="L-BFGS-B", bounds=[(one - 5.0, one + 5.0) for one in start])
     learnt = replace(FixCalibration(*numbers(found.x).tolist()), walks=walks)
+    return _beside_the_usual(learnt, left_out, np.array([(one.x_m, one.y_m) for one in fingerprints], np.float64))
+
+
+def _beside_the_usual(learnt: FixCalibration, left_out: LeftOutScans, true_m: FloatArray) -> FixCalibration:
+    """With how its errors differ from those that the radii were set on. true_m : (f, 2) of all fingerprints."""
     sigma_m = np.sqrt([learnt.variance_m2(match, DISTANCE_WEIGHT) for match in left_out.match])
-    conformal = conformal_reach(np.sqrt(missed_m2(learnt.beyond, learnt.parted)) / sigma_m, left_out.walk, 0.95)
-    believed = walks / (walks + REACH_PRIOR_WALKS)
-    finer = min(max(math.sqrt(float(np.median(sigma_m)) / TYPICAL_M), LEAST_FINENESS), 1.0)
-    return replace(learnt, reach=(conformal / REACH_95) ** believed, fineness=finer**believed)
-
-
-def conformal_reach(score: FloatArray, walk: IntArray, share: float) -> float:
-    """The score that a scan of a new walk stays below in this share of cases, were walks drawn alike.
-
-    Parameters
-    ----------
-    score : (n,) larger is worse.  walk : (n,) whose; the scans of one err alike, so each walk counts once.
-
-    Notes
-    -----
-    Split conformal prediction (Vovk et al. 2005) over walks: of w walks the share is raised by 1 / w of itself; where
-    that passes 1 the largest score is taken.
-    """
-    _, which, count = np.unique(walk, return_inverse=True, return_counts=True)
-    order = np.argsort(score)
-    reached = np.cumsum((1.0 / count)[which.reshape(-1)][order]) / len(count)
-    wanted = share * (1.0 + 1.0 / len(count))
-    return float(score[order[min(int(np.searchsorted(reached, wanted)), len(order) - 1)]])
+    missed_m = true_m[left_out.scan] - [learnt.place_m(match) for match in left_out.match]
+    error, walk = missed_m / sigma_m[:, None], left_out.walk
+    score = np.hypot(*error.T)
+    finer = math.sqrt(float(np.median(sigma_m)) / TYPICAL_M)
+    lasts = persistence(error, true_m[left_out.scan], walk) / TYPICAL_PERSISTENCE
+    believed = learnt.walks / (learnt.walks + REACH_PRIOR_WALKS)
+    return replace(
+        learnt,
+        reach=(conformal_reach(score, walk, 0.95) / REACH_95) ** believed,
+        reach_68=(conformal_reach(score, walk, 0.68) / REACH_68) ** believed,
+        fineness=min(max(finer, LEAST_FINENESS), 1.0) ** believed,
+        persistence=min(max(lasts, LEAST_PERSISTENCE), 1.0) ** believed,
+    )

@@ -5,21 +5,19 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from hypothesis import given
-from hypothesis import strategies as st
 
 from app.wifi.fingerprint import Fingerprint
 from app.wifi.fix_calibration import (
     DEFAULT,
     FEW_WALKS_WEIGHT,
     LEAST_FINENESS,
+    LEAST_PERSISTENCE,
     LEAST_WALKS,
     SECTION,
     FixCalibration,
     calibrate,
     calibrated_map,
     calibration_of,
-    conformal_reach,
 )
 from app.wifi.left_out import left_out_scans
 from app.wifi.radio_map import build_radio_map
@@ -85,30 +83,25 @@ def test_a_building_whose_fixes_err_less_is_finer_and_none_is_coarser() -> None:
     assert calm.fineness < noisy.fineness <= 1.0
 
 
-def test_a_map_of_the_release_before_keeps_what_it_learnt() -> None:
+def test_a_map_of_the_two_releases_before_keeps_what_it_learnt() -> None:
     radio_map = calibrated_map(walks(20, 3.0))
     learnt = calibration_of(radio_map)
-    earlier = replace(radio_map, sections={**radio_map.sections, SECTION: radio_map.sections[SECTION][:-1]})
-    assert calibration_of(earlier) == replace(learnt, fineness=1.0)
-    before_that = replace(radio_map, sections={**radio_map.sections, SECTION: radio_map.sections[SECTION][:-2]})
-    assert calibration_of(before_that) == DEFAULT
+    as_now = replace(learnt, reach_68=1.0, persistence=1.0)
+
+    def without(last: int) -> FixCalibration:
+        sections = {**radio_map.sections, SECTION: radio_map.sections[SECTION][:-last]}
+        return calibration_of(replace(radio_map, sections=sections))
+
+    assert without(2) == as_now != learnt
+    assert without(3) == replace(as_now, fineness=1.0)
+    assert without(4) == DEFAULT
 
 
-def test_the_conformal_reach_counts_each_walk_once() -> None:
-    """A thousand scans of one walk say no more than the one scan of each of the 99 others."""
-    score = np.concatenate([np.full(1000, 90.5), np.arange(1.0, 100.0)])
-    walk = np.concatenate([np.zeros(1000, np.int64), np.arange(1, 100)])
-    assert conformal_reach(score, walk, 0.5) in (50.0, 51.0)
+def test_a_corridor_whose_scans_err_each_for_itself_has_errors_that_last_less() -> None:
+    many, few = calibrate(walks(40, 4.0)), calibrate(walks(LEAST_WALKS, 4.0))
+    assert LEAST_PERSISTENCE <= many.persistence < few.persistence <= 1.0
 
 
-@given(st.integers(20, 200), st.integers(0, 2**31))
-def test_a_new_walk_stays_below_the_conformal_reach_as_often_as_promised(walks: int, seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    held = [
-        rng.exponential() <= conformal_reach(rng.exponential(size=walks), np.arange(walks), 0.9) for _ in range(200)
-    ]
-    assert np.mean(held) > 0.8
-
-
-def test_a_share_that_so_few_walks_cannot_support_gives_the_largest_score() -> None:
-    assert conformal_reach(np.arange(5.0), np.arange(5), 0.95) == 4.0
+def test_fingerprints_without_walks_leave_errors_as_lasting_as_they_can_be() -> None:
+    alone = [replace(one, walk=f"alone{number}") for number, one in enumerate(walks(10, 4.0))]
+    assert calibrate(alone).persistence == 1.0
