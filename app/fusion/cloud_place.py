@@ -38,13 +38,20 @@ def place(cloud: Cloud, moved: PdrOutput) -> Place:
     reached = np.cumsum(cloud.weight[order], dtype=np.float64)
     within = np.minimum(np.searchsorted(reached, np.array([0.68, 0.99]) * reached[-1]), len(order) - 1)
     inner_m, outer_m = distance_m[order[within]].tolist()
-    # -2 ln(1 - share) is the squared radius that holds a share of a round Gaussian
+    unseen = round_place(centre_m, cloud.unseen_m2)
     return Place(
         centre_m,
-        covariance_m2 + cloud.unseen_m2 * np.eye(2),
-        math.sqrt(inner_m**2 - 2.0 * math.log(0.32) * cloud.unseen_m2),
-        math.sqrt(outer_m**2 - 2.0 * math.log(0.01) * cloud.unseen_m2),
+        covariance_m2 + unseen.covariance_m2,
+        math.hypot(inner_m, unseen.radius_68_m),
+        math.hypot(outer_m, unseen.radius_99_m),
     )
+
+
+def round_place(xy_m: FloatArray, variance_m2: float) -> Place:
+    """The place (2,) of a Gaussian with this variance in each direction."""
+    # -2 ln(1 - share) is the squared radius that holds a share of it
+    inner_m2, outer_m2 = (-2.0 * math.log(1.0 - share) * variance_m2 for share in (0.68, 0.99))
+    return Place(xy_m, variance_m2 * np.eye(2), math.sqrt(inner_m2), math.sqrt(outer_m2))
 
 
 def scale_of(cloud: Cloud) -> float:
