@@ -80,17 +80,27 @@ class PostgresqlProcess:
 
     def freeze(self) -> None:
         """Stop it and all that it has forked: it is there, and says nothing until it is thawed."""
-        self._signal(signal.SIGSTOP)
+        server = self._server()
+        os.kill(server.pid, signal.SIGSTOP)
+        os.waitid(os.P_PID, server.pid, os.WSTOPPED | os.WNOWAIT)  # from here on it forks nothing
+        stopped: set[int] = set()
+        while more := self._children() - stopped:  # a list read while one of them ends may miss others
+            for child in more:
+                os.kill(child, signal.SIGSTOP)
+            stopped |= more
 
     def thaw(self) -> None:
         """Let it go on."""
-        self._signal(signal.SIGCONT)
+        for process in (self._server().pid, *self._children()):
+            os.kill(process, signal.SIGCONT)
 
-    def _signal(self, number: signal.Signals) -> None:
+    def _server(self) -> subprocess.Popen[bytes]:
         assert self._process is not None
-        children = Path(f"/proc/{self._process.pid}/task/{self._process.pid}/children").read_text().split()
-        for process in (self._process.pid, *map(int, children)):
-            os.kill(process, number)
+        return self._process
+
+    def _children(self) -> set[int]:
+        process = self._server().pid
+        return {int(child) for child in Path(f"/proc/{process}/task/{process}/children").read_text().split()}
 
     def remove(self) -> None:
         """End it, and leave nothing behind."""
