@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from app.estimation.arrays import FloatArray, IntArray
 
@@ -45,11 +46,13 @@ def persistence(error: FloatArray, xy_m: FloatArray, walk: IntArray) -> float:
     error = error / np.maximum(np.hypot(*error.T) / OUTLYING, 1.0)[:, None]
     alike, whole = 0.0, 0.0
     for one in np.unique(walk):
-        of_walk = error[walk == one]
-        apart_m = np.hypot(*(xy_m[walk == one, None] - xy_m[None, walk == one]).transpose(2, 0, 1))
-        first, second = np.nonzero((apart_m >= APART_M[0]) & (apart_m < APART_M[1]))
-        if len(first):
-            weight = len(first) ** -0.5
-            alike += weight * float((of_walk[first] * of_walk[second]).sum())
-            whole += weight * float((of_walk[first] ** 2).sum())
+        of_walk, at_m = error[walk == one], xy_m[walk == one]
+        first, second = cKDTree(at_m).query_pairs(APART_M[1], output_type="ndarray").T
+        apart_m = np.hypot(*(at_m[first] - at_m[second]).T)
+        counted = (apart_m >= APART_M[0]) & (apart_m < APART_M[1])
+        pairs = of_walk[first[counted]], of_walk[second[counted]]
+        if len(pairs[0]):
+            weight = len(pairs[0]) ** -0.5
+            alike += weight * float((pairs[0] * pairs[1]).sum())
+            whole += weight * float((pairs[0] ** 2 + pairs[1] ** 2).sum()) / 2.0
     return alike / whole if whole > 0.0 else 1.0
